@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The line that shows how far a long stage is and the time left; stage seconds for --stats. */
+#ifndef RENDER_PROGRESS_H
+#define RENDER_PROGRESS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define PROGRESS_STAGES 16
+
+struct stage { const char *name; double wall_s, cpu_s; uint64_t rays; };
+
+/* One run's stages. Zero-initialise; set `quiet` to print nothing. */
+struct progress {
+    bool quiet;
+    int stage_count;
+    struct stage stages[PROGRESS_STAGES];
+    double wall_start, cpu_start, last_print;
+    uint64_t rays_start;
+};
+
+/* Begins and ends a stage; `rays` is the count so far, the difference is the stage's. */
+void progress_begin(struct progress *progress, const char *name, uint64_t rays);
+void progress_end(struct progress *progress, uint64_t rays);
+
+/* Shows the share done (0 … 1) at most ten times a second; call from one thread. */
+void progress_show(struct progress *progress, double done);
+
+#endif

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The image loop: a picture of a model by one of the methods. */
+#ifndef RENDER_RENDER_H
+#define RENDER_RENDER_H
+
+#include "render/film.h"
+#include "render/model.h"
+#include "render/progress.h"
+
+enum render_method {
+    RENDER_PATH,   /* path tracing */
+    RENDER_HYBRID, /* irradiance cache + traced specular rays */
+    RENDER_EAS     /* irradiance cache + EAS cache */
+};
+
+struct render_options {
+    enum render_method method;
+    int spp;       /* primary rays a pixel; 0: 16 for the caches, 64 for path */
+    uint64_t seed;
+};
+
+/* What --stats reports of the caches; all 0 for path. */
+struct render_stats {
+    uint64_t records;        /* of both kinds */
+    uint64_t glossy_records; /* those that hold EAS */
+    double eas_per_record;   /* mean over the glossy records */
+    uint64_t cache_bytes;    /* records, EAS, index and diffuse cache */
+    uint64_t diffuse_records;
+    double diffuse_cv;       /* CV(RMSE) of the diffuse cache's irradiance, measured by path tracing at 256 of its users */
+};
+
+/* Renders into film (allocated here; the caller frees). Deterministic for any number of threads. */
+bool render(const struct model *model, const struct render_options *options, struct progress *progress,
+            struct film *film, struct render_stats *stats, char error[static SCENE_ERROR]);
+
+#endif

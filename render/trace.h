@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rays against triangles: the one file that sees Embree.
+ *
+ * Built once by one thread; any number of threads may then trace. Meshes used by one object stand in world space; shared
+ * ones are instanced. Ties are the same for any number of threads: the BVH is built on one thread.
+ */
+#ifndef RENDER_TRACE_H
+#define RENDER_TRACE_H
+
+#include <stdint.h>
+
+#include "eas/vec.h"
+#include "import/tessellate.h"
+
+/* One object's triangles for tracing. */
+struct trace_object {
+    const struct triangles *triangles; /* borrowed: must outlive the trace */
+    float transform[12];               /* object to world; identity where the triangles stand in world space */
+    bool instanced;
+};
+
+struct hit {
+    float t;            /* distance along the unit ray */
+    uint32_t object;    /* index of the trace_object */
+    uint32_t triangle;
+    float u, v;         /* barycentric: vertex 1, vertex 2 */
+};
+
+struct trace;
+
+/* NULL and a sentence where memory runs out. */
+struct trace *trace_build(const struct trace_object *objects, uint32_t count, char error[static SCENE_ERROR]);
+void trace_free(struct trace *trace);
+
+/* The nearest hit with t in (0, tfar); false where there is none. Rays leave surfaces through trace_offset. */
+bool trace_closest(const struct trace *trace, float3 origin, float3 dir, float tfar, struct hit *hit);
+
+/* Whether anything lies in (0, tfar). */
+bool trace_occluded(const struct trace *trace, float3 origin, float3 dir, float tfar);
+
+/* p moved off its surface along the geometric normal ng (on the side where the ray leaves) by a few of its own ulps.
+ * Wächter and Binder, Ray Tracing Gems, chapter 6. */
+float3 trace_offset(float3 p, float3 ng);
+
+/* Rays traced so far by all threads: closest + occluded. Call it when none is tracing. */
+uint64_t trace_rays(const struct trace *trace);
+
+/* Bytes that Embree holds. */
+uint64_t trace_bytes(const struct trace *trace);
+
+#endif
