@@ -2,7 +2,8 @@
 /* Reflectance at a point: a diffuse part and at most two glossy lobes.
  *
  * wi points to the light, wo to the viewer; both leave the surface, unit, world space; n is the unit shading normal.
- * f is the BRDF in 1/sr, without the cosine, 0 where wi or wo is below n's horizon. pdf is per solid angle of wi.
+ * f is the BRDF in 1/sr, without the cosine, 0 where wi is below n's horizon; lobes are 0 too where wo is. pdf is per
+ * solid angle of wi.
  * Everything is a value: any thread may call any of it.
  */
 #ifndef EAS_BRDF_H
@@ -20,9 +21,9 @@ struct lobe {
     enum lobe_type type;
     rgb weight;     /* factor: ks for Phong; compensation and layering included for GGX */
     float exponent; /* PHONG: n */
-    float alpha;    /* GGX: roughness squared, isotropic */
-    float ior;      /* DIELECTRIC */
-    rgb f0, f82;    /* GGX: reflectance at normal incidence; METAL: tint at 82 degrees */
+    float alpha;    /* GGX: roughness squared, isotropic, at least GGX_ALPHA_MIN */
+    float ior;      /* DIELECTRIC: the curve that leads from f0 to 1 */
+    rgb f0, f82;    /* GGX: reflectance at normal incidence; METAL: factor on Schlick's curve at 82 degrees */
 };
 
 struct brdf {
@@ -46,6 +47,9 @@ struct brdf brdf_phong(rgb kd, rgb ks, float exponent);
 struct brdf brdf_principled(const struct principled *principled, float cos_o);
 
 rgb brdf_eval(const struct brdf *brdf, float3 n, float3 wo, float3 wi);
+
+/* brdf_eval and, in *pdf, brdf_pdf, at the price of one. */
+rgb brdf_eval_pdf(const struct brdf *brdf, float3 n, float3 wo, float3 wi, float *pdf);
 
 /* Samples wi by one of diffuse and lobes, chosen by their albedo, so that f cos / pdf is bounded. u: three numbers in
  * [0, 1). Returns f cos / pdf (the weight of the path) and the pdf of brdf_pdf; black where no direction came. */

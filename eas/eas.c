@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "eas/eas.h"
+
+/* The widest disc, tan(87 deg): a disc cannot fill the hemisphere. */
+#define MAX_TANGENT 20.0f
+
+struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance, float omega, bool infinite)
+{
+    if (infinite)
+        return (struct eas){normalize(position), vec3(0, 0, 0), radiance, omega, true};
+    float3 to_record = sub(origin, position);
+    float d2 = fmaxf(dot(to_record, to_record), 1e-12f);
+    to_record = scale(to_record, 1 / sqrtf(d2));
+    normal = normalize(normal);
+    float cos_alpha = dot(normal, to_record);
+    if (!(cos_alpha > 0)) { /* a mean of normals that looks away: let it face the record */
+        normal = to_record;
+        cos_alpha = 1;
+    }
+    float cosine = fmaxf(1 - omega / (2 * PI), 1 / MAX_TANGENT), tan2 = (1 - cosine * cosine) / (cosine * cosine);
+    return (struct eas){position, normal, radiance, d2 * tan2 / fmaxf(cos_alpha, EAS_GRAZING), false};
+}
+
+struct cap eas_translate(const struct eas *eas, float3 x)
+{
+    if (eas->infinite)
+        return (struct cap){eas->position, eas->area};
+    float3 v = sub(eas->position, x);
+    float d2 = fmaxf(dot(v, v), 1e-12f);
+    v = scale(v, 1 / sqrtf(d2));
+    float cos_alpha = -dot(eas->normal, v);
+    if (!(cos_alpha > 0))
+        return (struct cap){v, 0};
+    float tan2 = fminf(eas->area * fmaxf(cos_alpha, EAS_GRAZING) / d2, MAX_TANGENT * MAX_TANGENT);
+    return (struct cap){v, 2 * PI * tan2 / (1 + tan2 + sqrtf(1 + tan2))};
+}
+
+rgb eas_reflect(const struct eas *eas, uint32_t count, const struct mean_lobe *lobe, float3 x)
+{
+    rgb sum = {0};
+    for (uint32_t i = 0; i < count; i++) {
+        struct cap cap = eas_translate(&eas[i], x);
+        if (cap.omega > 0)
+            sum = add(sum, mul(eas[i].radiance, mean_lobe_cap(lobe, cap)));
+    }
+    return sum;
+}

@@ -1,0 +1,210 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "eas/ggx.h"
+
+#include <threads.h>
+
+static inline float saturate(float x) { return clampf(x, 0, 1); }
+
+/* Smith's Lambda (Heitz 2014, eq. 72) at cosine c. */
+static inline float lambda(float alpha2, float c)
+{
+    return 0.5f * (sqrtf(1 + alpha2 * fmaxf(1 / (c * c) - 1, 0)) - 1);
+}
+
+float ggx_fresnel_dielectric(float c, float eta)
+{
+    c = fabsf(c);
+    float g2 = eta * eta - 1 + c * c;
+    if (g2 <= 0)
+        return 1;
+    float g = sqrtf(g2), a = (g - c) / (g + c), b = (c * (g + c) - 1) / (c * (g - c) + 1);
+    return 0.5f * a * a * (1 + b * b);
+}
+
+/* 0 at normal incidence, 1 at grazing. */
+static inline float fresnel_share(float c, float eta)
+{
+    float f0 = ggx_f0(eta);
+    return saturate((ggx_fresnel_dielectric(c, eta) - f0) / (1 - f0));
+}
+
+rgb ggx_fresnel(const struct lobe *lobe, float c)
+{
+    const rgb white = {1, 1, 1};
+    if (lobe->type == LOBE_DIELECTRIC)
+        return lerp3(lobe->f0, white, fresnel_share(c, lobe->ior));
+    /* Kutz et al. 2021, "Novel aspects of the Adobe Standard Material": Schlick less b cos (1-cos)^6, with b such that
+     * the factor at cos = 1/7 is f82. */
+    const float edge = 6.0f / 7, edge5 = edge * edge * edge * edge * edge;
+    float m = saturate(1 - c), m5 = m * m * m * m * m;
+    rgb schlick = lerp3(lobe->f0, white, m5);
+    rgb b = scale(mul(lerp3(lobe->f0, white, edge5), sub(white, lobe->f82)), 7 / (edge5 * edge));
+    rgb f = mad(schlick, b, -c * m5 * m);
+    return vec3(saturate(f.x), saturate(f.y), saturate(f.z));
+}
+
+rgb ggx_eval(const struct lobe *lobe, float3 n, float3 wo, float3 wi, float *pdf)
+{
+    float alpha2 = sqr(lobe->alpha), cos_i = dot(n, wi), cos_o = dot(n, wo);
+    float3 h = add(wi, wo), perpendicular = cross(n, h);
+    /* The sine from the cross product: 1 - cos^2 would lose a narrow lobe's width in rounding. */
+    float h2 = dot(h, h), sin2 = dot(perpendicular, perpendicular) / h2, cos2 = sqr(dot(n, h)) / h2;
+    float d = alpha2 / (PI * sqr(sin2 + alpha2 * cos2));
+    float lambda_i = lambda(alpha2, cos_i), lambda_o = lambda(alpha2, cos_o);
+    *pdf = d / (4 * cos_o * (1 + lambda_o));
+    rgb fresnel = ggx_fresnel(lobe, dot(h, wo) / sqrtf(h2));
+    return mul(lobe->weight, scale(fresnel, d / (4 * cos_i * cos_o * (1 + lambda_i + lambda_o))));
+}
+
+/* A visible normal seen from w, both in the frame where n is z: uniform in the spherical cap that the stretched w sees. */
+static inline float3 visible_normal(float alpha, float3 w, const float u[static 2])
+{
+    float3 s = normalize(vec3(alpha * w.x, alpha * w.y, w.z));
+    float phi = 2 * PI * u[0], z = (1 - u[1]) * (1 + s.z) - s.z, r = sqrtf(saturate(1 - z * z));
+    float3 h = add(vec3(r * cosf(phi), r * sinf(phi), z), s);
+    return normalize(vec3(alpha * h.x, alpha * h.y, fmaxf(h.z, 0)));
+}
+
+float3 ggx_sample(float alpha, float3 n, float3 wo, const float u[static 2])
+{
+    struct frame frame = frame_about(n);
+    return reflect(wo, to_world(frame, visible_normal(alpha, to_local(frame, wo), u)));
+}
+
+/* Cycles' grids: roughness along x, mu along y, and along z the index as sqrt((eta-1)/(eta+1)); each from 0 to 1. */
+enum { ALBEDO_SIZE = 32, SHARE_SIZE = 16, AZIMUTHS = 16, HEIGHTS = 32 };
+
+static struct {
+    float albedo[ALBEDO_SIZE][ALBEDO_SIZE], albedo_mean[ALBEDO_SIZE];
+    float share[SHARE_SIZE][SHARE_SIZE][SHARE_SIZE];
+} tables; /* constant once filled */
+
+/* Midpoints over the visible normals of w: half of the azimuths, since the other half mirrors them. Calls for each with
+ * the light's and the half vector's cosines; 0 where the light is below the horizon. */
+struct visible { float cos_i, cos_h; };
+
+static void visible_directions(float alpha, float mu, struct visible out[static AZIMUTHS * HEIGHTS])
+{
+    float3 w = {0, sqrtf(1 - mu * mu), mu}; /* azimuths run from x, so the halves mirror about the y axis */
+    for (int i = 0; i < AZIMUTHS; i++)
+        for (int j = 0; j < HEIGHTS; j++) {
+            float u[2] = {((float)i + 0.5f) / (2 * AZIMUTHS) - 0.25f, ((float)j + 0.5f) / HEIGHTS};
+            float3 h = visible_normal(alpha, w, u);
+            out[i * HEIGHTS + j] = (struct visible){reflect(w, h).z, dot(w, h)};
+        }
+}
+
+static float grid(int i, int size) { return clampf((float)i / (float)(size - 1), 1e-4f, 1); }
+
+static void fill_albedo(int x)
+{
+    struct visible v[AZIMUTHS * HEIGHTS];
+    float alpha = sqr(grid(x, ALBEDO_SIZE)), alpha2 = alpha * alpha;
+    for (int y = 0; y < ALBEDO_SIZE; y++) {
+        float mu = grid(y, ALBEDO_SIZE), lambda_o = lambda(alpha2, mu), sum = 0;
+        if (x == 0) { /* a mirror */
+            tables.albedo[y][x] = 1;
+            continue;
+        }
+        visible_directions(alpha, mu, v);
+        for (int i = 0; i < AZIMUTHS * HEIGHTS; i++)
+            if (v[i].cos_i > 0)
+                sum += (1 + lambda_o) / (1 + lambda_o + lambda(alpha2, v[i].cos_i));
+        tables.albedo[y][x] = saturate(sum / (AZIMUTHS * HEIGHTS));
+    }
+}
+
+/* 2 mu E(mu) over mu, by midpoints of their own: the grid above is too coarse near mu = 0. */
+static void fill_albedo_mean(int x)
+{
+    enum { STEPS = 32 };
+    struct visible v[AZIMUTHS * HEIGHTS];
+    float alpha = sqr(grid(x, ALBEDO_SIZE)), alpha2 = alpha * alpha, mean = 0;
+    if (x == 0) {
+        tables.albedo_mean[x] = 1;
+        return;
+    }
+    for (int k = 0; k < STEPS; k++) {
+        float mu = ((float)k + 0.5f) / STEPS, lambda_o = lambda(alpha2, mu), sum = 0;
+        visible_directions(alpha, mu, v);
+        for (int i = 0; i < AZIMUTHS * HEIGHTS; i++)
+            if (v[i].cos_i > 0)
+                sum += (1 + lambda_o) / (1 + lambda_o + lambda(alpha2, v[i].cos_i));
+        mean += 2 * mu * sum / (AZIMUTHS * HEIGHTS) / STEPS;
+    }
+    tables.albedo_mean[x] = saturate(mean);
+}
+
+static void fill_share(int x)
+{
+    struct visible v[AZIMUTHS * HEIGHTS];
+    float alpha = sqr(grid(x, SHARE_SIZE));
+    for (int y = 0; y < SHARE_SIZE; y++) {
+        visible_directions(alpha, grid(y, SHARE_SIZE), v);
+        for (int z = 0; z < SHARE_SIZE; z++) {
+            float q = fminf(grid(z, SHARE_SIZE), 0.99f); /* 1 would be an infinite index */
+            float eta = (1 + q * q) / (1 - q * q), sum = 0;
+            for (int i = 0; i < AZIMUTHS * HEIGHTS; i++)
+                if (v[i].cos_i > 0)
+                    sum += fresnel_share(v[i].cos_h, eta);
+            tables.share[z][y][x] = saturate(sum / (AZIMUTHS * HEIGHTS));
+        }
+    }
+}
+
+static void fill_tables(void)
+{
+    for (int x = 0; x < ALBEDO_SIZE; x++) {
+        fill_albedo(x);
+        fill_albedo_mean(x);
+    }
+    for (int x = 0; x < SHARE_SIZE; x++)
+        fill_share(x);
+}
+
+static void need_tables(void)
+{
+    static once_flag once = ONCE_FLAG_INIT;
+    call_once(&once, fill_tables);
+}
+
+/* Cell and fraction of x in [0, 1] on a grid. */
+static inline int cell(float x, int size, float *fraction)
+{
+    x = saturate(x) * (float)(size - 1);
+    int i = (int)x < size - 2 ? (int)x : size - 2;
+    *fraction = x - (float)i;
+    return i;
+}
+
+static inline float mix(float a, float b, float t) { return (1 - t) * a + t * b; }
+
+float ggx_albedo(float roughness, float mu)
+{
+    need_tables();
+    float s, t;
+    int x = cell(roughness, ALBEDO_SIZE, &s), y = cell(mu, ALBEDO_SIZE, &t);
+    const float *a = tables.albedo[y] + x, *b = tables.albedo[y + 1] + x;
+    return mix(mix(a[0], a[1], s), mix(b[0], b[1], s), t);
+}
+
+float ggx_albedo_mean(float roughness)
+{
+    need_tables();
+    float s;
+    int x = cell(roughness, ALBEDO_SIZE, &s);
+    return mix(tables.albedo_mean[x], tables.albedo_mean[x + 1], s);
+}
+
+float ggx_fresnel_share(float roughness, float mu, float eta)
+{
+    need_tables();
+    float s, t, r, slice[2];
+    int x = cell(roughness, SHARE_SIZE, &s), y = cell(mu, SHARE_SIZE, &t);
+    int z = cell(sqrtf(fabsf((eta - 1) / (eta + 1))), SHARE_SIZE, &r);
+    for (int k = 0; k < 2; k++) {
+        const float *a = tables.share[z + k][y] + x, *b = tables.share[z + k][y + 1] + x;
+        slice[k] = mix(mix(a[0], a[1], s), mix(b[0], b[1], s), t);
+    }
+    return mix(slice[0], slice[1], r);
+}

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The scene as plain arrays: the format of import/FORMAT.md in the same words.
  *
  *     struct scene scene;
@@ -83,7 +84,7 @@ struct scene_mesh {
     const float *positions;         /* 3 a vertex */
     const uint32_t *face_sizes;     /* corners of each face, >= 3 */
     const uint32_t *corners;        /* vertex of each corner */
-    const float *normals;           /* 3 a corner, unit; NULL: flat */
+    const float *normals;           /* 3 a corner, of any length; NULL: flat */
     const float *uvs;               /* 2 a corner, or NULL */
     const uint32_t *face_materials; /* slot of each face, or NULL: all 0 */
     bool subdivided, smooth;        /* smooth: limit normals */
@@ -140,7 +141,7 @@ struct scene {
 
 /* Reads folder/scene.json and scene.bin. On failure returns false, leaves *scene empty (nothing to free) and puts one
  * sentence in error: file, line:column or JSON path, what was found, what was expected. */
-bool scene_read(const char *folder, struct scene *scene, char error[static SCENE_ERROR]);
+bool scene_read(const char *folder, struct scene *scene, char error[SCENE_ERROR]);
 
 /* Frees all that *scene owns and empties it; an empty one is fine. */
 void scene_free(struct scene *scene);

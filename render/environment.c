@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/environment.h"
+
+#include <stdlib.h>
+
+#include "render/transform.h"
+
+#define THRESHOLD_FACTOR 4 /* times the mean luminance */
+
+static inline float2 direction_uv(const struct environment *e, float3 dir)
+{
+    float x = dot(dir, e->axes[0]), y = dot(dir, e->axes[1]), z = dot(dir, e->axes[2]);
+    return (float2){0.5f - atan2f(y, x) / (2 * PI), 0.5f + asinf(clampf(z, -1, 1)) / PI};
+}
+
+static inline rgb texel(const struct environment *e, int x, int y)
+{
+    const struct image *image = e->image;
+    x = x < 0 ? x + image->width : x >= image->width ? x - image->width : x;
+    y = y < 0 ? 0 : y >= image->height ? image->height - 1 : y;
+    const float *p = image->pixels + ((size_t)y * (size_t)image->width + (size_t)x) * (size_t)image->channel_count;
+    rgb c = image->channel_count < 3 ? vec3(p[0], p[0], p[0]) : vec_from(p);
+    return mul(c, e->radiance);
+}
+
+static rgb radiance(const struct environment *e, float3 dir)
+{
+    if (!e->image)
+        return e->radiance;
+    float2 uv = direction_uv(e, dir);
+    float x = uv.x * (float)e->image->width, y = (1 - uv.y) * (float)e->image->height;
+    if (e->closest)
+        return texel(e, (int)floorf(x), (int)floorf(y));
+    float fx = floorf(x - 0.5f), fy = floorf(y - 0.5f), s = x - 0.5f - fx, t = y - 0.5f - fy;
+    int ix = (int)fx, iy = (int)fy;
+    return lerp3(lerp3(texel(e, ix, iy), texel(e, ix + 1, iy), s),
+                 lerp3(texel(e, ix, iy + 1), texel(e, ix + 1, iy + 1), s), t);
+}
+
+static inline rgb strong_of(const struct environment *e, rgb c)
+{
+    return vec3(fmaxf(c.x - e->threshold, 0), fmaxf(c.y - e->threshold, 0), fmaxf(c.z - e->threshold, 0));
+}
+
+/* Sine of the latitude at the upper border of row y. */
+static inline float row_top(const struct environment *e, int y)
+{
+    return cosf(PI * (float)y / (float)e->image->height);
+}
+
+/* Solid angle of a texel of row y, sr. */
+static inline float texel_angle(const struct environment *e, int y)
+{
+    return 2 * PI / (float)e->image->width * (row_top(e, y) - row_top(e, y + 1));
+}
+
+/* Luminance of the strong part over the cell of texel (x, y), by what bilinear look-up mixes there: positive wherever
+ * that look-up can find anything strong, since it spreads each texel by one. */
+static float cell_strength(const struct environment *e, int x, int y)
+{
+    static const float share[3] = {0.125f, 0.75f, 0.125f};
+    float sum = 0;
+    for (int j = -1; j <= 1; j++)
+        for (int i = -1; i <= 1; i++)
+            sum += share[i + 1] * share[j + 1] * luminance(strong_of(e, texel(e, x + i, y + j)));
+    return sum;
+}
+
+static float mean_luminance(const struct environment *e)
+{
+    double sum = 0;
+    for (int y = 0; y < e->image->height; y++) {
+        double row = 0;
+        for (int x = 0; x < e->image->width; x++)
+            row += luminance(texel(e, x, y));
+        sum += row * texel_angle(e, y);
+    }
+    return (float)(sum / (4 * PI));
+}
+
+/* The cumulative chances of texels by strength times solid angle; the sum over the sphere is the strong flux. */
+static void accumulate(struct environment *e)
+{
+    int w = e->image->width, h = e->image->height;
+    double total = 0;
+    for (int y = 0; y < h; y++) {
+        float *columns = e->columns + (size_t)y * ((size_t)w + 1);
+        double row = 0;
+        columns[0] = 0;
+        for (int x = 0; x < w; x++)
+            columns[x + 1] = (float)(row += cell_strength(e, x, y));
+        for (int x = 1; x <= w && row > 0; x++)
+            columns[x] /= (float)row;
+        e->rows[y] = (float)total;
+        total += row * texel_angle(e, y);
+    }
+    e->rows[h] = (float)total;
+    for (int y = 0; y <= h && total > 0; y++)
+        e->rows[y] /= (float)total;
+    e->strong_flux = (float)total;
+}
+
+bool environment_build(const struct scene_world *world, const struct textures *textures,
+                       struct environment *environment)
+{
+    struct environment *e = environment;
+    *e = (struct environment){.radiance = vec_from(world->radiance), .threshold = INFINITY};
+    if (world->texture == SCENE_NONE || is_black(e->radiance))
+        return true;
+    const struct scene_texture *texture = &textures->scene->textures[world->texture];
+    e->image = &textures->images[texture->image];
+    e->closest = texture->interpolation == TEXTURE_CLOSEST;
+    for (int i = 0; i < 3; i++)
+        e->axes[i] = normalize(transform_column(world->transform, i));
+    size_t w = (size_t)e->image->width, h = (size_t)e->image->height;
+    e->rows = malloc((h + 1) * sizeof *e->rows);
+    e->columns = malloc((w + 1) * h * sizeof *e->columns);
+    if (!e->rows || !e->columns) {
+        environment_free(e);
+        return false;
+    }
+    e->threshold = THRESHOLD_FACTOR * mean_luminance(e);
+    accumulate(e);
+    return true;
+}
+
+void environment_free(struct environment *environment)
+{
+    free(environment->rows);
+    free(environment->columns);
+    *environment = (struct environment){0};
+}
+
+rgb environment_strong(const struct environment *environment, float3 dir)
+{
+    return environment->strong_flux > 0 ? strong_of(environment, radiance(environment, dir)) : (rgb){0};
+}
+
+rgb environment_rest(const struct environment *environment, float3 dir)
+{
+    rgb c = radiance(environment, dir);
+    float t = environment->strong_flux > 0 ? environment->threshold : INFINITY;
+    return vec3(fminf(c.x, t), fminf(c.y, t), fminf(c.z, t));
+}
+
+/* The i with cumulative[i] <= u < cumulative[i + 1], and in *fraction where between them. */
+static int find(const float *cumulative, int count, float u, float *fraction)
+{
+    int low = 0, high = count;
+    while (high - low > 1) {
+        int middle = (low + high) / 2;
+        if (cumulative[middle] <= u)
+            low = middle;
+        else
+            high = middle;
+    }
+    float width = cumulative[low + 1] - cumulative[low];
+    *fraction = width > 0 ? clampf((u - cumulative[low]) / width, 0, 1) : 0.5f;
+    return low;
+}
+
+static float texel_pdf(const struct environment *e, int x, int y)
+{
+    const float *columns = e->columns + (size_t)y * ((size_t)e->image->width + 1);
+    return (e->rows[y + 1] - e->rows[y]) * (columns[x + 1] - columns[x]) / texel_angle(e, y);
+}
+
+float3 environment_sample(const struct environment *environment, const float u[static 2], float *pdf)
+{
+    const struct environment *e = environment;
+    float s, t;
+    int y = find(e->rows, e->image->height, u[0], &t);
+    int x = find(e->columns + (size_t)y * ((size_t)e->image->width + 1), e->image->width, u[1], &s);
+    *pdf = texel_pdf(e, x, y);
+    float top = row_top(e, y), z = top + t * (row_top(e, y + 1) - top), r = sqrtf(fmaxf(1 - z * z, 0));
+    float phi = (0.5f - ((float)x + s) / (float)e->image->width) * 2 * PI;
+    return mad(mad(scale(e->axes[0], r * cosf(phi)), e->axes[1], r * sinf(phi)), e->axes[2], z);
+}
+
+float environment_pdf(const struct environment *environment, float3 dir)
+{
+    const struct environment *e = environment;
+    if (!(e->strong_flux > 0))
+        return 0;
+    float2 uv = direction_uv(e, dir);
+    int x = (int)(uv.x * (float)e->image->width), y = (int)((1 - uv.y) * (float)e->image->height);
+    x = x < 0 ? 0 : x >= e->image->width ? e->image->width - 1 : x;
+    y = y < 0 ? 0 : y >= e->image->height ? e->image->height - 1 : y;
+    return texel_pdf(e, x, y);
+}

@@ -1,0 +1,277 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/fill.h"
+
+#include <omp.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "render/gather.h"
+
+enum { GATHER_RAYS = 1024, SEED_RECORD = 201, FIRST_ROUND = 64 };
+
+/* Zones: half the distance to the nearest surface, at least and at most so many pixels in radius. */
+#define ZONE_SHARE .5f
+#define LEAST_PIXELS 1.5f
+#define MOST_PIXELS 24.0f
+/* Look-ups reach 1.5 radii, so that zones overlap. */
+#define STRETCH 1.5f
+/* Each round looks at this share more pixels than all before. */
+#define ROUND_GROWTH .2f
+
+/* A record on its way into the cache, and one thread's scratch for making it. */
+struct draft {
+    struct point point;
+    bool wanted, glossy, failed;
+    struct zone zone;
+    float least;
+    struct irradiance irradiance;
+    struct eas *eas;
+    uint32_t eas_count;
+};
+
+struct scratch {
+    struct gather_sample *all, *surface, *mirrored, *infinite;
+    struct sample_tree trees[3];
+    struct select_scratch select;
+    struct eas *eas;
+};
+
+static const struct select_options SELECT = SELECT_DEFAULTS;
+
+static bool scratch_alloc(struct scratch *scratch, int samples)
+{
+    *scratch = (struct scratch){0};
+    struct gather_sample **arrays[] = {&scratch->all, &scratch->surface, &scratch->mirrored, &scratch->infinite};
+    bool ok = true;
+    for (int i = 0; i < 4; i++)
+        ok = (*arrays[i] = malloc((size_t)samples * 2 * sizeof **arrays[i])) && ok;
+    return (scratch->eas = malloc((size_t)SELECT.most * sizeof *scratch->eas)) && ok;
+}
+
+static void scratch_free(struct scratch *scratch)
+{
+    free(scratch->all);
+    free(scratch->surface);
+    free(scratch->mirrored);
+    free(scratch->infinite);
+    for (int i = 0; i < 3; i++)
+        sample_tree_free(&scratch->trees[i]);
+    select_free(&scratch->select);
+    free(scratch->eas);
+}
+
+/* Chooses the record's EAS from samples sorted by where they lie: on surfaces, in mirrors, at infinity. */
+static void choose_eas(const struct fill *fill, struct draft *draft, struct frame frame, const uint32_t counts[3],
+                       struct scratch *scratch)
+{
+    const struct gather_sample *samples[3] = {scratch->surface, scratch->mirrored, scratch->infinite};
+    for (int i = 0; i < 3; i++)
+        if (!sample_tree_build(&scratch->trees[i], samples[i], counts[i], draft->zone.p, frame)) {
+            draft->failed = true;
+            return;
+        }
+    float base = luminance(mul(draft->point.brdf.kd, draft->irradiance.e)) / PI;
+    uint32_t count = select_eas(scratch->trees, 3, fill->tables, draft->point.brdf.lobes, draft->point.brdf.lobe_count,
+                                draft->zone.p, frame, draft->zone.radius, base, &SELECT, &scratch->select, scratch->eas);
+    draft->failed = count == UINT32_MAX || (count && !(draft->eas = malloc(count * sizeof *draft->eas)));
+    if (draft->failed)
+        return;
+    draft->eas_count = count;
+    for (uint32_t i = 0; i < count; i++)
+        draft->eas[i] = scratch->eas[i];
+}
+
+/* Gathers a record at draft->point. */
+static void make_record(const struct model *model, const struct fill *fill, struct draft *draft, float pixel, uint64_t seed,
+                        uint64_t index, struct scratch *scratch)
+{
+    const struct point *point = &draft->point;
+    struct rng rng = rng_seed(seed, SEED_RECORD, index);
+    struct gather_grid grid = gather_grid(GATHER_RAYS);
+    struct frame frame = frame_about(point->n);
+    float omega = 2 * PI / (float)(grid.rows * grid.columns), nearest = INFINITY;
+    uint32_t counts[3] = {0};
+    for (int i = 0; i < grid.rows * grid.columns; i++) {
+        float u = rng_float(&rng), v = rng_float(&rng);
+        float3 dir = to_world(frame, gather_direction(grid, i / grid.columns, i % grid.columns, u, v));
+        struct gathered light = {.distance = INFINITY};
+        if (dot(dir, point->ng) > 0)
+            light = gather(model, &fill->bounced, (struct ray){point->origin, dir}, &rng, NULL);
+        nearest = fminf(nearest, light.distance);
+        struct gather_sample s = {dir, light.distance, light.normal, light.surface, omega};
+        if (isinf(s.distance))
+            scratch->infinite[counts[2]++] = s;
+        else
+            scratch->surface[counts[0]++] = s;
+        if (!is_black(light.mirrored)) {
+            struct gather_sample m = {dir, light.mirrored_distance, scale(dir, -1), light.mirrored, omega};
+            if (isinf(m.distance))
+                scratch->infinite[counts[2]++] = m;
+            else
+                scratch->mirrored[counts[1]++] = m;
+        }
+        s.radiance = add(s.radiance, light.mirrored);
+        scratch->all[i] = s;
+    }
+    draft->irradiance = irradiance_of(scratch->all, grid, frame);
+    draft->least = LEAST_PIXELS * pixel;
+    float radius = fminf(ZONE_SHARE * nearest, irradiance_reach(&draft->irradiance));
+    draft->zone = (struct zone){point->p, point->n, clampf(radius, draft->least, MOST_PIXELS * pixel)};
+    if (draft->glossy)
+        choose_eas(fill, draft, frame, counts, scratch);
+}
+
+static bool insert(struct record_cache *cache, const struct draft *draft)
+{
+    uint32_t index = cache->zones.count;
+    if (index == cache->record_capacity) {
+        uint32_t capacity = index ? 2 * index : 1024;
+        struct record *grown = realloc(cache->records, capacity * sizeof *grown);
+        if (!grown)
+            return false;
+        cache->records = grown;
+        cache->record_capacity = capacity;
+    }
+    if (cache->eas_count + draft->eas_count > cache->eas_capacity) {
+        uint32_t capacity = 2 * (cache->eas_count + draft->eas_count);
+        struct eas *grown = realloc(cache->eas, capacity * sizeof *grown);
+        if (!grown)
+            return false;
+        cache->eas = grown;
+        cache->eas_capacity = capacity;
+    }
+    cache->records[index] = (struct record){draft->irradiance, cache->eas_count, draft->eas_count};
+    for (uint32_t i = 0; i < draft->eas_count; i++)
+        cache->eas[cache->eas_count++] = draft->eas[i];
+    return cache_insert(&cache->zones, draft->zone, draft->least);
+}
+
+/* What the camera sees at a pixel's centre, and whether a record is wanted there. */
+static void look(const struct model *model, const struct fill *fill, bool eas, uint32_t pixel, struct draft *draft)
+{
+    const struct scene_camera *camera = &model->scene->camera;
+    int x = (int)pixel % camera->width, y = (int)pixel / camera->width;
+    struct ray ray = camera_ray(camera, (float)x + .5f, (float)y + .5f);
+    struct hit hit;
+    *draft = (struct draft){0};
+    if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit))
+        return;
+    shade_point(model, ray, &hit, &draft->point);
+    draft->glossy = eas && draft->point.brdf.lobe_count > 0;
+    if (!draft->glossy && is_black(draft->point.brdf.kd))
+        return;
+    const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;
+    draft->wanted = !cache_covers(&cache->zones, draft->point.p, draft->point.n);
+}
+
+/* Pixels from coarse to fine: x and y from the interleaved bits of a counter, the lowest bits first. */
+static uint32_t *coarse_to_fine(int width, int height)
+{
+    uint32_t *order = malloc((size_t)width * (size_t)height * sizeof *order), count = 0;
+    int bits = 0;
+    while (1 << bits < width || 1 << bits < height)
+        bits++;
+    for (uint64_t i = 0; order && i < 1ull << (2 * bits); i++) {
+        int x = 0, y = 0;
+        for (int b = 0; b < bits; b++) {
+            x |= (int)(i >> (2 * b) & 1) << (bits - 1 - b);
+            y |= (int)(i >> (2 * b + 1) & 1) << (bits - 1 - b);
+        }
+        if (x < width && y < height)
+            order[count++] = (uint32_t)(y * width + x);
+    }
+    return order;
+}
+
+static bool fill_records(const struct model *model, bool eas, uint64_t seed, struct progress *progress, struct fill *fill)
+{
+    const struct scene_camera *camera = &model->scene->camera;
+    float pixel_angle = sqrtf(camera_pixel_angle(camera));
+    float3 eye = vec3(camera->transform[3], camera->transform[7], camera->transform[11]);
+    uint32_t total = (uint32_t)(camera->width * camera->height);
+    uint32_t *order = coarse_to_fine(camera->width, camera->height);
+    uint32_t largest = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)total);
+    struct draft *drafts = malloc(largest * sizeof *drafts);
+    int threads = omp_get_max_threads(), samples = gather_grid(GATHER_RAYS).rows * gather_grid(GATHER_RAYS).columns;
+    struct scratch *scratch = calloc((size_t)threads, sizeof *scratch);
+    bool ok = order && drafts && scratch;
+    for (int i = 0; ok && i < threads; i++)
+        ok = scratch_alloc(&scratch[i], samples);
+    for (uint32_t done = 0, count; ok && done < total; done += count) {
+        count = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)done);
+        count = count < total - done ? count : total - done;
+#pragma omp parallel for schedule(dynamic, 64)
+        for (uint32_t i = 0; i < count; i++)
+            look(model, fill, eas, order[done + i], &drafts[i]);
+        uint32_t wanted = 0, finished = 0;
+        for (uint32_t i = 0; i < count; i++)
+            if (drafts[i].wanted)
+                drafts[wanted++] = drafts[i];
+#pragma omp parallel for schedule(dynamic, 1)
+        for (uint32_t i = 0; i < wanted; i++) {
+            float pixel = length(sub(drafts[i].point.p, eye)) * pixel_angle;
+            make_record(model, fill, &drafts[i], pixel, seed, fill->diffuse.zones.count + fill->glossy.zones.count + i,
+                        &scratch[omp_get_thread_num()]);
+            uint32_t so_far;
+#pragma omp atomic capture
+            so_far = ++finished;
+            if (omp_get_thread_num() == 0)
+                progress_show(progress, (done + (double)so_far / wanted * count) / total);
+        }
+        for (uint32_t i = 0; i < wanted; i++) {
+            ok = ok && !drafts[i].failed && insert(drafts[i].glossy ? &fill->glossy : &fill->diffuse, &drafts[i]);
+            free(drafts[i].eas);
+        }
+    }
+    for (int i = 0; scratch && i < threads; i++)
+        scratch_free(&scratch[i]);
+    free(scratch);
+    free(drafts);
+    free(order);
+    return ok;
+}
+
+bool fill_build(const struct model *model, bool eas, uint64_t seed, struct progress *progress, struct fill *fill,
+                char error[static SCENE_ERROR])
+{
+    *fill = (struct fill){.diffuse.zones = cache_empty(STRETCH), .glossy.zones = cache_empty(STRETCH)};
+    progress_begin(progress, "diffuse cache", trace_rays(model->trace));
+    if (!diffuse_cache_build(model, seed, progress, &fill->bounced, error))
+        return false;
+    progress_end(progress, trace_rays(model->trace));
+    progress_begin(progress, "records", trace_rays(model->trace));
+    fill->tables = mean_brdf_build();
+    if (!fill->tables || !fill_records(model, eas, seed, progress, fill)) {
+        fill_free(fill);
+        snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
+        return false;
+    }
+    progress_end(progress, trace_rays(model->trace));
+    return true;
+}
+
+static void record_cache_free(struct record_cache *cache)
+{
+    cache_free(&cache->zones);
+    free(cache->records);
+    free(cache->eas);
+}
+
+void fill_free(struct fill *fill)
+{
+    diffuse_cache_free(&fill->bounced);
+    record_cache_free(&fill->diffuse);
+    record_cache_free(&fill->glossy);
+    mean_brdf_free(fill->tables);
+    *fill = (struct fill){0};
+}
+
+static size_t record_bytes(const struct record_cache *cache)
+{
+    return cache_bytes(&cache->zones) + cache->zones.count * sizeof *cache->records + cache->eas_count * sizeof *cache->eas;
+}
+
+size_t fill_bytes(const struct fill *fill)
+{
+    return diffuse_cache_bytes(&fill->bounced) + record_bytes(&fill->diffuse) + record_bytes(&fill->glossy);
+}

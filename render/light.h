@@ -22,25 +22,34 @@ struct light_sample {
 
 struct lights;
 
-/* `objects` and scene->objects share indices. Borrows scene, textures and objects. */
+/* The power heuristic (Veach 1995, beta = 2) for a sample drawn with density a that b could have drawn too. */
+static inline float mis_weight(float a, float b) { return a > 0 ? 1 / (1 + sqr(b / a)) : 0; }
+
+/* `objects` and scene->objects share indices; radius is that of the scene, m. Borrows scene, textures and objects. NULL
+ * and a sentence where memory runs out. */
 struct lights *lights_build(const struct scene *scene, const struct textures *textures,
-                            const struct trace_object *objects, char error[static SCENE_ERROR]);
+                            const struct trace_object *objects, float radius, char error[static SCENE_ERROR]);
 void lights_free(struct lights *lights);
 
 /* Whether there is anything to sample. */
 bool lights_any(const struct lights *lights);
 
-/* A connection from p (shading normal n; lights wholly below its horizon may be left out): u[0] chooses the light, u[1],
- * u[2] the place on it. False: nothing arrives. The caller traces the shadow ray. */
+/* In all that follows p is where the ray starts, already moved off its surface (trace_offset), so that a shadow ray of
+ * sample.distance from p ends just before the light; n is the shading normal there: lights wholly below its horizon may
+ * be left out. The same p and n must go into lights_sample and into what weighs against it. */
+
+/* A connection from p to a light: u[0] chooses the light, u[1], u[2] the place on it. False: nothing arrives. The caller
+ * traces the shadow ray. */
 bool lights_sample(const struct lights *lights, float3 p, float3 n, const float u[static 3], struct light_sample *sample);
 
-/* For a traced ray (from p with normal n, direction dir) that hit emitting triangle hit->triangle of hit->object: the pdf
- * with which lights_sample would have chosen it. ng: the triangle's geometric normal. */
+/* For a traced ray from p along dir that hit triangle hit->triangle of hit->object: the pdf with which lights_sample
+ * would have chosen it, 0 where it does not emit. ng: the triangle's geometric normal. */
 float lights_pdf_hit(const struct lights *lights, float3 p, float3 n, float3 dir, const struct hit *hit, float3 ng);
 
-/* Lamps with an extent (area, sphere, disc, sun) are no triangles, but a traced ray meets them all the same: radiance of
- * the nearest met before tmax by the ray, with its pdf in *pdf; 0 where none. Not for camera rays. */
-rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float3 dir, float tmax, float *pdf);
+/* Lamps with an extent (area, sphere, disc, sun) are no triangles, but a traced ray meets them all the same, and they
+ * hide nothing: the sum of the radiances that a ray, chosen with density pdf, meets before tmax, each weighed by
+ * mis_weight against lights_sample (pdf INFINITY: in full). Not for camera rays. */
+rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float3 dir, float tmax, float pdf);
 
 /* The environment seen along dir: its strong part with lights_sample's pdf, and the rest. */
 rgb lights_strong(const struct lights *lights, float3 p, float3 n, float3 dir, float *pdf);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The command line, by argp. Usage errors exit 2 with one sentence. */
+/* The command line, by argp. */
 #ifndef RENDER_OPTIONS_H
 #define RENDER_OPTIONS_H
 
@@ -8,19 +8,24 @@
 
 #include "render/render.h"
 
+#define OPTIONS_SIZE_MAX 32768 /* pixels a side */
+
 struct options {
     enum command { COMMAND_RENDER, COMMAND_COMPARE } command;
     /* render */
-    const char *scene, *output, *stats;
+    const char *scene, *output;
+    const char *stats; /* NULL: none */
     int width, height; /* 0: the scene's */
     int threads;       /* 0: all cores */
     struct render_options render;
-    /* compare */
-    const char *image, *reference, *reference2, *difference;
+    /* compare; those that are not given are NULL */
+    const char *image, *image2, *reference, *reference2, *difference;
+    const char *layer; /* "Combined" … */
     bool json;
 };
 
-/* Fills *options or ends the program as argp does (2 on a usage error, 0 after --help). */
+/* Fills *options with strings of argv, or ends the program as argp does: 2 and one sentence on stderr on a usage error, 0
+ * after --help and --version. Changes argv. */
 void options_parse(int argc, char **argv, struct options *options);
 
 #endif

@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/path.h"
+
+enum { ROULETTE_FROM = 4 }; /* bounces */
+
+/* Where a path goes on from a point: a direction drawn by its BRDF. */
+struct bounce {
+    float3 origin, n, dir;
+    float pdf;
+    rgb weight; /* f cos / pdf */
+};
+
+static bool bounce_from(const struct point *point, struct rng *rng, struct bounce *bounce)
+{
+    float u[3] = {rng_float(rng), rng_float(rng), rng_float(rng)};
+    bounce->weight = brdf_sample(&point->brdf, point->n, point->wo, u, &bounce->dir, &bounce->pdf);
+    bounce->origin = point->origin;
+    bounce->n = point->n;
+    return !is_black(bounce->weight) && dot(point->ng, bounce->dir) > 0;
+}
+
+static rgb direct_light(const struct model *model, const struct point *point, struct rng *rng)
+{
+    if (!lights_any(model->lights))
+        return (rgb){0};
+    float u[3] = {rng_float(rng), rng_float(rng), rng_float(rng)};
+    return shade_direct(model, point, u, true);
+}
+
+/* Follows a bounce to the next point. *met: what it meets of lights that lights_sample knows, weighed against it; *rest:
+ * the rest of the environment. False where the ray escapes. */
+static bool follow(const struct model *model, const struct bounce *b, struct point *next, rgb *met, rgb *rest)
+{
+    struct hit hit;
+    *rest = (rgb){0};
+    bool found = trace_closest(model->trace, b->origin, b->dir, INFINITY, &hit);
+    *met = lights_radiance_lamps(model->lights, b->origin, b->n, b->dir, found ? hit.t : INFINITY, b->pdf);
+    if (!found) {
+        float pdf;
+        rgb strong = lights_strong(model->lights, b->origin, b->n, b->dir, &pdf);
+        if (!is_black(strong))
+            *met = mad(*met, strong, mis_weight(b->pdf, pdf));
+        *rest = lights_rest(model->lights, b->dir);
+        return false;
+    }
+    shade_point(model, (struct ray){b->origin, b->dir}, &hit, next);
+    if (!is_black(next->emission)) {
+        float pdf = lights_pdf_hit(model->lights, b->origin, b->n, b->dir, &hit, next->ng);
+        *met = mad(*met, next->emission, mis_weight(b->pdf, pdf));
+    }
+    return true;
+}
+
+/* What a point sends toward wo: in *direct by its direct light, the return value all else but its emission. */
+static rgb reflected(const struct model *model, const struct point *first, struct rng *rng, rgb *direct)
+{
+    rgb sum = {0}, throughput = {1, 1, 1}, met, rest;
+    struct point point = *first, next;
+    struct bounce bounce;
+    *direct = direct_light(model, first, rng);
+    for (int bounces = 0; bounce_from(&point, rng, &bounce); bounces++) {
+        throughput = mul(throughput, bounce.weight);
+        if (bounces >= ROULETTE_FROM) {
+            float survival = fminf(max3(throughput), 0.98f);
+            if (rng_float(rng) >= survival)
+                break;
+            throughput = scale(throughput, 1 / survival);
+        }
+        bool found = follow(model, &bounce, &next, &met, &rest);
+        if (bounces == 0)
+            *direct = add(*direct, mul(throughput, met));
+        else
+            sum = add(sum, mul(throughput, met));
+        sum = add(sum, mul(throughput, rest));
+        if (!found)
+            break;
+        point = next;
+        sum = add(sum, mul(throughput, direct_light(model, &point, rng)));
+    }
+    return sum;
+}
+
+struct radiance path_radiance(const struct model *model, const struct point *first, struct rng *rng)
+{
+    struct radiance radiance = {.emission = first->emission};
+    radiance.indirect = reflected(model, first, rng, &radiance.direct);
+    return radiance;
+}
+
+rgb path_incident(const struct model *model, struct ray ray, struct rng *rng)
+{
+    struct hit hit;
+    struct point point;
+    if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit))
+        return lights_rest(model->lights, ray.dir);
+    shade_point(model, ray, &hit, &point);
+    rgb direct, indirect = reflected(model, &point, rng, &direct);
+    return add(direct, indirect);
+}

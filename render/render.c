@@ -1,0 +1,304 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/render.h"
+
+#include <omp.h>
+#include <stdio.h>
+
+#include "render/fill.h"
+#include "render/gather.h"
+#include "render/path.h"
+
+enum { SEED_PATH = 301, SEED_CACHE, MOST_GROUPS = 16, PATH_SPP = 64, CACHE_SPP = 16 };
+
+/* Samples of a pixel that share a look-up: the same object and material, normals within 3.6 degrees. */
+#define GROUP_COSINE .998f
+
+struct frame_job {
+    const struct model *model;
+    const struct render_options *options;
+    const struct fill *fill; /* NULL for path */
+    int spp;
+};
+
+static void add_surface(struct pixel *pixel, const struct point *point, float t)
+{
+    pixel->albedo = add(pixel->albedo, point->brdf.kd);
+    for (int i = 0; i < point->brdf.lobe_count; i++)
+        pixel->albedo = add(pixel->albedo, point->brdf.lobes[i].weight);
+    pixel->normal = add(pixel->normal, point->n);
+    pixel->depth += t;
+    pixel->hits += 1;
+    pixel->emission = add(pixel->emission, point->emission);
+}
+
+/* One camera ray of sample i: false where it sees the background, which is then added. */
+static bool camera_sample(const struct frame_job *job, int x, int y, float2 jitter, struct pixel *pixel, struct point *point)
+{
+    struct ray ray = camera_ray(&job->model->scene->camera, (float)x + jitter.x, (float)y + jitter.y);
+    struct hit hit;
+    float pdf;
+    pixel->samples += 1;
+    if (!trace_closest(job->model->trace, ray.origin, ray.dir, INFINITY, &hit)) {
+        const struct lights *lights = job->model->lights;
+        rgb sky = add(lights_strong(lights, ray.origin, ray.dir, ray.dir, &pdf), lights_rest(lights, ray.dir));
+        pixel->emission = add(pixel->emission, sky);
+        return false;
+    }
+    shade_point(job->model, ray, &hit, point);
+    add_surface(pixel, point, hit.t);
+    return true;
+}
+
+static void path_pixel(const struct frame_job *job, int x, int y, struct pixel *pixel)
+{
+    uint64_t index = (uint64_t)(y * job->model->scene->camera.width + x);
+    for (int i = 0; i < job->spp; i++) {
+        struct rng rng = rng_seed(job->options->seed ^ (uint64_t)SEED_PATH << 32, index, (uint64_t)i);
+        float2 jitter = {rng_float(&rng), rng_float(&rng)};
+        struct point point;
+        if (!camera_sample(job, x, y, jitter, pixel, &point))
+            continue;
+        struct radiance radiance = path_radiance(job->model, &point, &rng);
+        pixel->direct = add(pixel->direct, radiance.direct);
+        pixel->indirect = add(pixel->indirect, radiance.indirect);
+    }
+}
+
+/* Points of a pixel that are alike; sums until it is looked up. */
+struct group {
+    struct point point; /* the first; p, n, wo and kd become means */
+    float count;
+};
+
+static void group_add(struct group groups[MOST_GROUPS], int *group_count, const struct point *point)
+{
+    for (int i = 0; i < *group_count; i++) {
+        struct group *g = &groups[i];
+        if (g->point.object != point->object || g->point.material != point->material)
+            continue;
+        if (dot(g->point.n, point->n) < GROUP_COSINE * g->count)
+            continue;
+        g->point.p = add(g->point.p, point->p);
+        g->point.n = add(g->point.n, point->n);
+        g->point.wo = add(g->point.wo, point->wo);
+        g->point.brdf.kd = add(g->point.brdf.kd, point->brdf.kd);
+        g->count += 1;
+        return;
+    }
+    groups[(*group_count)++] = (struct group){*point, 1};
+}
+
+/* A colour of its own for each record, for the AOV that shows the zones. */
+static rgb record_colour(uint32_t record)
+{
+    uint64_t h = rng_mix(record + 1);
+    return vec3(.2f + .8f * (float)(h & 255) / 255, .2f + .8f * (float)(h >> 8 & 255) / 255,
+                .2f + .8f * (float)(h >> 16 & 255) / 255);
+}
+
+/* Where the cache has nothing: the light of one diffuse and one specular ray. */
+static rgb traced_indirect(const struct frame_job *job, const struct point *point, struct rng *rng)
+{
+    rgb sum = {0};
+    if (!is_black(point->brdf.kd)) {
+        float r = sqrtf(rng_float(rng)), phi = 2 * PI * rng_float(rng);
+        float3 dir = to_world(frame_about(point->n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(fmaxf(1 - r * r, 0))));
+        if (dot(dir, point->ng) > 0) {
+            struct gathered light = gather(job->model, &job->fill->bounced, (struct ray){point->origin, dir}, rng, NULL);
+            sum = mul(point->brdf.kd, add(light.surface, light.mirrored));
+        }
+    }
+    for (int i = 0; i < point->brdf.lobe_count; i++) {
+        float u[2] = {rng_float(rng), rng_float(rng)}, pdf;
+        float3 wi;
+        rgb weight = lobe_sample(&point->brdf.lobes[i], point->n, point->wo, u, &wi, &pdf);
+        if (is_black(weight) || dot(wi, point->ng) <= 0)
+            continue;
+        struct gathered light = gather(job->model, &job->fill->bounced, (struct ray){point->origin, wi}, rng, NULL);
+        sum = add(sum, mul(weight, add(light.surface, light.mirrored)));
+    }
+    return sum;
+}
+
+/* Bounced light at the mean of a group, from the cache. */
+static void look_up(const struct frame_job *job, const struct group *group, struct pixel *pixel, struct rng *rng)
+{
+    struct point point = group->point;
+    float share = 1 / group->count;
+    point.p = scale(point.p, share);
+    point.n = normalize(point.n);
+    point.wo = normalize(point.wo);
+    point.brdf.kd = scale(point.brdf.kd, share);
+    bool eas = job->options->method == RENDER_EAS && point.brdf.lobe_count > 0;
+    if (!eas && is_black(point.brdf.kd))
+        return;
+    const struct record_cache *cache = eas ? &job->fill->glossy : &job->fill->diffuse;
+    struct cache_match matches[CACHE_MATCHES];
+    int count = cache_find(&cache->zones, point.p, point.n, matches), best = 0;
+    if (!count) {
+        if (!eas)
+            point.brdf.lobe_count = 0; /* the hybrid method traces them anyway */
+        int rays = (int)group->count;
+        for (int i = 0; i < rays; i++)
+            pixel->indirect = add(pixel->indirect, traced_indirect(job, &point, rng));
+        return;
+    }
+    rgb e = {0}, specular = {0};
+    struct mean_lobe lobes[2];
+    for (int k = 0; eas && k < point.brdf.lobe_count; k++)
+        lobes[k] = mean_lobe(job->fill->tables, &point.brdf.lobes[k], point.n, point.wo);
+    for (int i = 0; i < count; i++) {
+        const struct zone *zone = &cache->zones.zones[matches[i].record];
+        const struct record *record = &cache->records[matches[i].record];
+        e = mad(e, irradiance_at(&record->irradiance, zone->p, zone->n, point.p, point.n), matches[i].weight);
+        for (int k = 0; eas && k < point.brdf.lobe_count; k++)
+            specular = mad(specular, eas_reflect(cache->eas + record->first_eas, record->eas_count, &lobes[k], point.p),
+                           matches[i].weight);
+        pixel->eas_count += (float)record->eas_count;
+        if (matches[i].weight > matches[best].weight)
+            best = i;
+    }
+    rgb indirect = add(specular, mul(point.brdf.kd, scale(e, 1 / PI)));
+    pixel->indirect = mad(pixel->indirect, indirect, group->count);
+    pixel->records = mad(pixel->records, record_colour(matches[best].record), group->count * matches[best].weight);
+}
+
+/* Lamps at a camera ray's hit: one stratum of the lamps a sample; glossy lobes are averaged over the solid angle that the stratum
+ * stands for, so that highlights don't sparkle. */
+static rgb direct(const struct frame_job *job, const struct point *point, const float u[static 3])
+{
+    struct light_sample light;
+    if (job->options->method == RENDER_HYBRID) {
+        rgb diffuse, specular;
+        float distance;
+        if (!gather_direct(job->model, point, u, &diffuse, &specular, &distance))
+            return vec3(0, 0, 0);
+        return add(diffuse, specular);
+    }
+    if (!lights_sample(job->model->lights, point->origin, point->n, u, &light))
+        return vec3(0, 0, 0);
+    float cosine = dot(light.wi, point->n);
+    if (cosine <= 0 || dot(light.wi, point->ng) <= 0)
+        return vec3(0, 0, 0);
+    rgb f_cos = scale(point->brdf.kd, cosine / PI);
+    for (int i = 0; i < point->brdf.lobe_count; i++) {
+        const struct lobe *lobe = &point->brdf.lobes[i];
+        float omega = light.pdf > 0 ? fminf(1 / (light.pdf * (float)job->spp), 2 * PI) : 0;
+        if (omega < 1e-6f) {
+            f_cos = mad(f_cos, lobe_eval(lobe, point->n, point->wo, light.wi), cosine);
+            continue;
+        }
+        struct mean_lobe mean = mean_lobe(job->fill->tables, lobe, point->n, point->wo);
+        f_cos = mad(f_cos, mean_lobe_cap(&mean, (struct cap){light.wi, omega}), 1 / omega);
+    }
+    rgb radiance = mul(light.weight, f_cos);
+    if (is_black(radiance) || trace_occluded(job->model->trace, point->origin, light.wi, light.distance))
+        return vec3(0, 0, 0);
+    return radiance;
+}
+
+/* A point of the hybrid method traces its lobes; lamps that such rays meet are direct light. */
+static rgb traced_specular(const struct frame_job *job, const struct point *point, struct rng *rng)
+{
+    rgb sum = {0};
+    for (int i = 0; i < point->brdf.lobe_count; i++) {
+        float u[2] = {rng_float(rng), rng_float(rng)}, pdf;
+        float3 wi;
+        rgb weight = lobe_sample(&point->brdf.lobes[i], point->n, point->wo, u, &wi, &pdf);
+        if (is_black(weight) || dot(wi, point->ng) <= 0)
+            continue;
+        sum = add(sum, mul(weight, gather_specular(job->model, &job->fill->bounced, (struct ray){point->origin, wi}, point->n,
+                                                   pdf, rng)));
+    }
+    return sum;
+}
+
+static float fraction(float x) { return x - floorf(x); }
+
+static void cache_pixel(const struct frame_job *job, int x, int y, struct pixel *pixel)
+{
+    uint64_t index = (uint64_t)(y * job->model->scene->camera.width + x);
+    struct rng rng = rng_seed(job->options->seed ^ (uint64_t)SEED_CACHE << 32, index, 0);
+    float shift[5];
+    for (int k = 0; k < 5; k++)
+        shift[k] = rng_float(&rng);
+    struct group groups[MOST_GROUPS];
+    int group_count = 0;
+    for (int i = 0; i < job->spp; i++) {
+        /* A 5-D R sequence (Roberts 2018), shifted in each pixel: place in the pixel, lamp, place on the lamp. */
+        const float steps[5] = {.8812714f, .7766393f, .6844301f, .6031687f, .5315553f};
+        float u[5];
+        for (int k = 0; k < 5; k++)
+            u[k] = fraction(shift[k] + steps[k] * (float)i);
+        struct point point;
+        if (!camera_sample(job, x, y, (float2){u[0], u[1]}, pixel, &point))
+            continue;
+        pixel->direct = add(pixel->direct, direct(job, &point, u + 2));
+        if (job->options->method == RENDER_HYBRID)
+            pixel->indirect = add(pixel->indirect, traced_specular(job, &point, &rng));
+        if (group_count < MOST_GROUPS)
+            group_add(groups, &group_count, &point);
+        else
+            pixel->indirect = add(pixel->indirect, traced_indirect(job, &point, &rng));
+    }
+    for (int i = 0; i < group_count; i++)
+        look_up(job, &groups[i], pixel, &rng);
+}
+
+static void render_pixels(const struct frame_job *job, struct progress *progress, struct film *film)
+{
+    int finished = 0;
+#pragma omp parallel for schedule(dynamic, 1)
+    for (int y = 0; y < film->height; y++) {
+        for (int x = 0; x < film->width; x++) {
+            struct pixel *pixel = &film->pixels[y * film->width + x];
+            if (job->fill)
+                cache_pixel(job, x, y, pixel);
+            else
+                path_pixel(job, x, y, pixel);
+        }
+        int so_far;
+#pragma omp atomic capture
+        so_far = ++finished;
+        if (omp_get_thread_num() == 0)
+            progress_show(progress, (double)so_far / film->height);
+    }
+}
+
+static void report(const struct model *model, const struct fill *fill, uint64_t seed, struct render_stats *stats)
+{
+    stats->records = fill->diffuse.zones.count + fill->glossy.zones.count;
+    stats->glossy_records = fill->glossy.zones.count;
+    stats->eas_per_record = stats->glossy_records ? (double)fill->glossy.eas_count / (double)stats->glossy_records : 0;
+    stats->cache_bytes = fill_bytes(fill);
+    stats->diffuse_records = fill->bounced.zones.count;
+    stats->diffuse_cv = diffuse_cache_error(model, &fill->bounced, seed);
+}
+
+bool render(const struct model *model, const struct render_options *options, struct progress *progress,
+            struct film *film, struct render_stats *stats, char error[static SCENE_ERROR])
+{
+    bool cached = options->method != RENDER_PATH;
+    struct frame_job job = {model, options, NULL, options->spp ? options->spp : cached ? CACHE_SPP : PATH_SPP};
+    struct fill fill;
+    *stats = (struct render_stats){0};
+    if (!film_alloc(film, model->scene->camera.width, model->scene->camera.height, cached)) {
+        snprintf(error, SCENE_ERROR, "picture: out of memory");
+        return false;
+    }
+    if (cached) {
+        if (!fill_build(model, options->method == RENDER_EAS, options->seed, progress, &fill, error)) {
+            film_free(film);
+            return false;
+        }
+        job.fill = &fill;
+    }
+    progress_begin(progress, "pixels", trace_rays(model->trace));
+    render_pixels(&job, progress, film);
+    progress_end(progress, trace_rays(model->trace));
+    if (cached) {
+        report(model, &fill, options->seed, stats);
+        fill_free(&fill);
+    }
+    return true;
+}

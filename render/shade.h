@@ -8,7 +8,8 @@
 
 struct point {
     float3 p;        /* world, on the triangle */
-    float3 n;        /* shading normal, on the viewer's side (n.wo > 0) */
+    float3 origin;   /* p moved off the triangle: rays leave here, and lights are asked from here */
+    float3 n;        /* shading normal, on ng's side; n.wo > 0 unless the surface is diffuse alone */
     float3 ng;       /* geometric normal, on the viewer's side */
     float3 wo;       /* to the viewer */
     rgb emission;    /* radiance toward the viewer, W/m2/sr */
@@ -18,14 +19,12 @@ struct point {
     struct brdf brdf;
 };
 
-/* The point where `ray` hit. As Cycles: a smooth normal that faces away from the viewer is pulled to its horizon. */
+/* The point where `ray` hit. As Cycles: on a glossy surface a smooth normal whose mirror direction would go into the
+ * surface is pulled toward ng until it does not. (Cycles leaves the diffuse part its own normal there; here it shares.) */
 void shade_point(const struct model *model, struct ray ray, const struct hit *hit, struct point *point);
 
-/* Direct light from lamps at a point by one lights_sample with the shadow ray, weighed against BRDF sampling where mis is true. rgb
- * radiance toward wo. u: three numbers. */
+/* Direct light from lamps at a point by one lights_sample with its shadow ray, weighed against BRDF sampling where mis is
+ * true: radiance toward wo. u: three numbers in [0, 1). */
 rgb shade_direct(const struct model *model, const struct point *point, const float u[static 3], bool mis);
-
-/* The power heuristic (Veach 1995, beta = 2). */
-static inline float mis_weight(float a, float b) { return a * a / (a * a + b * b); }
 
 #endif

@@ -16,6 +16,10 @@ struct textures {
 bool textures_load(const struct scene *scene, struct textures *textures, char error[static SCENE_ERROR]);
 void textures_free(struct textures *textures);
 
+/* The colour of a picture at uv, v from the bottom row up; a picture of one or two channels is grey. */
+rgb texture_image(const struct image *image, float2 uv, enum texture_interpolation interpolation,
+                  enum texture_extension extension);
+
 /* The colour of texture `index` at uv. */
 rgb texture_lookup(const struct textures *textures, int index, float2 uv);
 

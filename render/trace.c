@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/trace.h"
+
+#include <embree3/rtcore.h>
+#include <omp.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Threads whose counters stand on cache lines of their own. */
+enum { COUNTERS = 1024 };
+
+struct counter { _Alignas(64) uint64_t rays; };
+
+/* A shared mesh's own BVH. */
+struct shared { const struct triangles *triangles; RTCScene scene; };
+
+struct trace {
+    RTCDevice device;
+    RTCScene scene;
+    struct shared *shared;
+    uint32_t shared_count;
+    atomic_llong bytes;
+    struct counter *counters;
+};
+
+static bool count_bytes(void *data, ssize_t bytes, bool post)
+{
+    (void)post;
+    atomic_fetch_add(&((struct trace *)data)->bytes, bytes);
+    return true;
+}
+
+/* Vertices are copied: Embree reads 16 bytes of each, past the end of the borrowed array's last one. */
+static RTCGeometry triangle_geometry(RTCDevice device, const struct triangles *t)
+{
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    size_t bytes = 3 * sizeof(float);
+    void *vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, bytes,
+                                             t->vertex_count);
+    if (vertices)
+        memcpy(vertices, t->positions, bytes * t->vertex_count);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, t->indices, 0,
+                               3 * sizeof(uint32_t), t->triangle_count);
+    rtcCommitGeometry(geometry);
+    return geometry;
+}
+
+static RTCScene robust_scene(RTCDevice device)
+{
+    RTCScene scene = rtcNewScene(device);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    return scene;
+}
+
+/* The BVH of a shared mesh, built at its first use. */
+static RTCScene shared_scene(struct trace *trace, const struct triangles *triangles)
+{
+    for (uint32_t i = trace->shared_count; i-- > 0;)
+        if (trace->shared[i].triangles == triangles)
+            return trace->shared[i].scene;
+    RTCScene scene = robust_scene(trace->device);
+    RTCGeometry geometry = triangle_geometry(trace->device, triangles);
+    rtcAttachGeometryByID(scene, geometry, 0);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(scene);
+    trace->shared[trace->shared_count++] = (struct shared){triangles, scene};
+    return scene;
+}
+
+static RTCGeometry instance_geometry(struct trace *trace, const struct trace_object *object)
+{
+    RTCGeometry geometry = rtcNewGeometry(trace->device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, shared_scene(trace, object->triangles));
+    rtcSetGeometryTimeStepCount(geometry, 1);
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, object->transform);
+    rtcCommitGeometry(geometry);
+    return geometry;
+}
+
+struct trace *trace_build(const struct trace_object *objects, uint32_t count, char error[static SCENE_ERROR])
+{
+    struct trace *trace = calloc(1, sizeof *trace);
+    if (trace) {
+        trace->shared = calloc(count + 1, sizeof *trace->shared);
+        trace->counters = aligned_alloc(64, COUNTERS * sizeof *trace->counters);
+        trace->device = rtcNewDevice("threads=1");
+    }
+    if (!trace || !trace->shared || !trace->counters || !trace->device) {
+        snprintf(error, SCENE_ERROR, "not enough memory for Embree");
+        trace_free(trace);
+        return NULL;
+    }
+    memset(trace->counters, 0, COUNTERS * sizeof *trace->counters);
+    rtcSetDeviceMemoryMonitorFunction(trace->device, count_bytes, trace);
+    trace->scene = robust_scene(trace->device);
+    for (uint32_t i = 0; i < count; i++) {
+        RTCGeometry geometry = objects[i].instanced ? instance_geometry(trace, &objects[i])
+                                                    : triangle_geometry(trace->device, objects[i].triangles);
+        rtcAttachGeometryByID(trace->scene, geometry, i);
+        rtcReleaseGeometry(geometry);
+    }
+    rtcCommitScene(trace->scene);
+    enum RTCError code = rtcGetDeviceError(trace->device);
+    if (code != RTC_ERROR_NONE) {
+        if (code == RTC_ERROR_OUT_OF_MEMORY)
+            snprintf(error, SCENE_ERROR, "not enough memory for the BVH of %u objects", count);
+        else
+            snprintf(error, SCENE_ERROR, "Embree could not build the BVH (its error %d)", (int)code);
+        trace_free(trace);
+        return NULL;
+    }
+    return trace;
+}
+
+void trace_free(struct trace *trace)
+{
+    if (!trace)
+        return;
+    if (trace->scene)
+        rtcReleaseScene(trace->scene);
+    for (uint32_t i = 0; i < trace->shared_count; i++)
+        rtcReleaseScene(trace->shared[i].scene);
+    if (trace->device)
+        rtcReleaseDevice(trace->device);
+    free(trace->shared);
+    free(trace->counters);
+    free(trace);
+}
+
+static inline void count_ray(const struct trace *trace)
+{
+    trace->counters[omp_get_thread_num() & (COUNTERS - 1)].rays++;
+}
+
+bool trace_closest(const struct trace *trace, float3 origin, float3 dir, float tfar, struct hit *hit)
+{
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    struct RTCRayHit r = {.ray = {.org_x = origin.x, .org_y = origin.y, .org_z = origin.z, .dir_x = dir.x,
+                                  .dir_y = dir.y, .dir_z = dir.z, .tfar = tfar, .mask = ~0u},
+                          .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
+    count_ray(trace);
+    rtcIntersect1(trace->scene, &context, &r);
+    if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+        return false;
+    uint32_t object = r.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? r.hit.instID[0] : r.hit.geomID;
+    *hit = (struct hit){r.ray.tfar, object, r.hit.primID, r.hit.u, r.hit.v};
+    return true;
+}
+
+bool trace_occluded(const struct trace *trace, float3 origin, float3 dir, float tfar)
+{
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    struct RTCRay ray = {.org_x = origin.x, .org_y = origin.y, .org_z = origin.z, .dir_x = dir.x, .dir_y = dir.y,
+                         .dir_z = dir.z, .tfar = tfar, .mask = ~0u};
+    count_ray(trace);
+    rtcOccluded1(trace->scene, &context, &ray);
+    return ray.tfar < 0;
+}
+
+/* One coordinate, moved by 256 ulps along n; near the origin, where ulps vanish, by n / 65536. */
+static inline float offset_coordinate(float p, float n)
+{
+    if (fabsf(p) < 1.0f / 32)
+        return p + n * (1.0f / 65536);
+    int32_t bits;
+    memcpy(&bits, &p, sizeof bits);
+    int32_t steps = (int32_t)(256 * n);
+    bits += p < 0 ? -steps : steps;
+    memcpy(&p, &bits, sizeof p);
+    return p;
+}
+
+float3 trace_offset(float3 p, float3 ng)
+{
+    return vec3(offset_coordinate(p.x, ng.x), offset_coordinate(p.y, ng.y), offset_coordinate(p.z, ng.z));
+}
+
+uint64_t trace_rays(const struct trace *trace)
+{
+    uint64_t rays = 0;
+    for (int i = 0; i < COUNTERS; i++)
+        rays += trace->counters[i].rays;
+    return rays;
+}
+
+uint64_t trace_bytes(const struct trace *trace) { return (uint64_t)atomic_load(&trace->bytes); }

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The GGX lobes of brdf.h: Walter et al. 2007 with the height-correlated Smith term (Heitz 2014), sampled by visible
+ * normals (Heitz 2018; Dupuy and Benyoub 2023), under the two Fresnel curves of Cycles' Principled BSDF; and the albedos
+ * that its energy compensation and layering look up.
+ *
+ * wi, wo, n as in brdf.h. Everything but the look-ups is a pure function; those fill their tables at the first call
+ * (some 15 ms, once a process). Any thread may call any of it.
+ */
+#ifndef EAS_GGX_H
+#define EAS_GGX_H
+
+#include "eas/brdf.h"
+
+/* Below this alpha a lobe is a mirror to all eyes, and single precision can't tell its width from 0. */
+#define GGX_ALPHA_MIN 1e-4f
+
+/* f of a GGX lobe, weight included, and in *pdf the density of ggx_sample. n.wi and n.wo must be above 0. */
+rgb ggx_eval(const struct lobe *lobe, float3 n, float3 wo, float3 wi, float *pdf);
+
+/* wi by the visible normals seen from wo; it may lie below the horizon. */
+float3 ggx_sample(float alpha, float3 n, float3 wo, const float u[static 2]);
+
+/* Fresnel reflectance of the lobe's microfacets at cosine c. */
+rgb ggx_fresnel(const struct lobe *lobe, float c);
+
+/* Unpolarised reflectance of a dielectric of relative index eta at cosine c. */
+float ggx_fresnel_dielectric(float c, float eta);
+
+/* Reflectance at normal incidence. */
+static inline float ggx_f0(float eta) { return sqr((eta - 1) / (eta + 1)); }
+
+/* Cycles' look-ups, on its grids (their interpolation error is part of its materials). roughness is sqrt(alpha).
+ * The directional albedo of GGX with F = 1 at cosine mu, and its cosine-weighted mean. */
+float ggx_albedo(float roughness, float mu);
+float ggx_albedo_mean(float roughness);
+
+/* How far the dielectric lobe's Fresnel factor, averaged over visible normals, has gone from f0 to 1. */
+float ggx_fresnel_share(float roughness, float mu, float eta);
+
+#endif

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The mean BRDF over a cone (the paper's F~, eq. 8), as the integral that the renderer needs:
+ *
+ *     reflected radiance of a cap of constant radiance L  =  L * integral over the cap of f cos(theta_i)
+ *
+ * The paper divides by the cap's own integral of the cosine and multiplies by irradiance E instead of L; that quotient is singular
+ * for caps near the horizon, so radiance and solid angle are kept here and the quotient is never formed.
+ *
+ * Modified Phong: the exact reduction of the integral to two one-dimensional ones, A and B, tabulated over (exponent, cap, distance from the mirror
+ * direction) in coordinates scaled by the lobe's width, in which they hardly depend on the exponent. GGX: a few points of the
+ * cap, each under a lobe widened by the part of the cap it stands for.
+ */
+#ifndef EAS_MEAN_BRDF_H
+#define EAS_MEAN_BRDF_H
+
+#include "eas/brdf.h"
+
+/* A spherical cap: unit axis, solid angle in sr (0 … 2 pi). */
+struct cap { float3 axis; float omega; };
+
+struct mean_brdf; /* the tables; read-only after building: any thread may use them */
+
+/* NULL where memory runs out. Takes some tens of milliseconds. */
+struct mean_brdf *mean_brdf_build(void);
+void mean_brdf_free(struct mean_brdf *tables);
+
+/* One lobe seen by one viewer at a point with normal n: what stays the same over the loop over caps. */
+struct mean_lobe {
+    const struct lobe *lobe;
+    float3 n, wo, mirror;
+    float width, reach; /* the lobe's sigma, rad; 0 beyond cap radius + reach from the mirror direction */
+    float n_dot_mirror, peak;
+    const float *slice0, *slice1;
+    float blend;
+};
+
+struct mean_lobe mean_lobe(const struct mean_brdf *tables, const struct lobe *lobe, float3 n, float3 wo);
+
+/* The integral over the cap of f cos(theta_i), above n's horizon; the lobe's weight included. */
+rgb mean_lobe_cap(const struct mean_lobe *lobe, struct cap cap);
+
+/* The same by quadrature of f itself over rings x sectors of the cap, each clipped at the horizon: the oracle of the
+ * tests and of the paper's tables. */
+rgb mean_lobe_quadrature(const struct lobe *lobe, float3 n, float3 wo, struct cap cap, int rings, int sectors);
+
+#endif

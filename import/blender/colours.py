@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a colour or number input holds over the surface: image and checker textures, and the colour nodes behind them.
+
+`Inputs.value(ref)` gives a Value (textures.py). A node that is not known here counts as its nearest input, with a note.
+"""
+import math
+
+import numpy as np
+from mathutils import Euler, Matrix, Vector
+
+import nodes
+import textures
+from colournodes import OPERATIONS
+from scenefile import numbers
+from textures import LUMINANCE, Value, combine
+
+GREY = 0.5  # a procedural texture that nothing is known of
+IDENTITY = Matrix.Identity(4)
+
+
+class Inputs:
+    """The inputs of one material, light or world; note(text, node's name) takes what was simplified."""
+
+    def __init__(self, note):
+        self.note = note
+        self.uv_layers = set()  # the UV maps that the textures name
+
+    def value(self, ref):
+        """The Value at an input socket, of three channels whatever the socket's type."""
+        origin = nodes.source(ref)
+        if not origin.socket.is_output:
+            return Value(default(origin.socket))
+        value = self.output(origin)
+        if origin.socket.type in ("RGBA", "VECTOR") and ref.socket.type in ("VALUE", "INT", "BOOLEAN"):
+            # Blender makes a number of a colour by its luminance, of a vector by the mean.
+            weights = LUMINANCE if origin.socket.type == "RGBA" else np.float32([1, 1, 1]) / 3
+            if value.image is not None and is_grey(value):
+                return value  # its file can stay as it is
+            value = combine(lambda x: np.repeat((x @ weights)[..., None], 3, axis=-1), value)
+        return value
+
+    def constant(self, ref):
+        """As value, a texture averaged with a note."""
+        value = self.value(ref)
+        if not value.constant:
+            self.note(f"the texture on {ref.socket.name} is replaced by its mean", nodes.name(ref))
+            value = Value(value.mean())
+        return value
+
+    def number(self, ref):
+        return float(self.constant(ref).data[0])
+
+    def combine(self, ref, function, *values):
+        """textures.combine, where it cannot be done with the means of all but the first picture."""
+        result = combine(function, *values)
+        if result is None:
+            self.note("textures that lie differently are mixed: all but the first are replaced by their mean",
+                      nodes.name(ref))
+            first = next(value for value in values if not value.constant)
+            result = combine(function, *[v if v is first or v.constant else Value(v.mean()) for v in values])
+        return result
+
+    def output(self, ref):
+        """The Value at a node's output."""
+        node = ref.node
+        kind = node.bl_idname.removeprefix("ShaderNode")
+        method = getattr(self, "_" + kind, None)
+        if method is not None:
+            return method(ref, node)
+        if kind in OPERATIONS:
+            return OPERATIONS[kind](self, ref, node)
+        return self.nearest(ref, node)
+
+    def nearest(self, ref, node):
+        """For a node that is not known: the first colour that enters it, or the mean of its own colours."""
+        colour_inputs = [i for i in ref.inputs() if i.socket.type == "RGBA"]
+        linked = [i for i in colour_inputs if nodes.source(i).socket.is_output]
+        if linked:
+            self.note(f"node {node.bl_label} is left out: what enters {linked[0].socket.name} is used", nodes.name(ref))
+            return self.value(linked[0])
+        if colour_inputs:
+            self.note(f"node {node.bl_label} is left out: the mean of its colours is used", nodes.name(ref))
+            return Value(np.mean([default(nodes.source(i).socket) for i in colour_inputs], axis=0))
+        self.note(f"node {node.bl_label} is left out: {GREY} is used", nodes.name(ref))
+        return Value([GREY] * 3)
+
+    # Constants
+
+    def _RGB(self, ref, node):
+        return Value(default(node.outputs[0]))
+
+    _Value = _RGB
+
+    # Textures
+
+    def _TexImage(self, ref, node):
+        if textures.is_missing(node.image):
+            self.note("image {} is missing: magenta, as Cycles shows it".format(node.image.name if node.image else ""),
+                      nodes.name(ref))
+            return Value(textures.MISSING)
+        for what, words in ((node.interpolation, textures.INTERPOLATIONS), (node.extension, textures.EXTENSIONS)):
+            if what not in words:
+                self.note(f"{what} is replaced by {next(iter(words.values()))}", nodes.name(ref))
+        if node.projection != "FLAT":
+            self.note(f"projection {node.projection} is replaced by FLAT", nodes.name(ref))
+        matrix = self._coordinates(ref, node, "UV")
+        placement = {"type": "image", "interpolation": textures.INTERPOLATIONS.get(node.interpolation, "linear"),
+                     "extension": textures.EXTENSIONS.get(node.extension, "repeat"),
+                     "uv_transform": self._plane(ref, matrix)}
+        if ref.socket.name == "Alpha":
+            alpha = textures.pixels(node.image)[..., 3:]
+            return Value([1, 1, 1]) if alpha.min() == 1 else Value(np.repeat(alpha, 3, axis=2), placement)
+        return Value(None, placement, node.image)
+
+    def _TexEnvironment(self, ref, node):
+        if textures.is_missing(node.image):
+            self.note("image {} is missing: magenta, as Cycles shows it".format(node.image.name if node.image else ""),
+                      nodes.name(ref))
+            return Value(textures.MISSING)
+        if node.projection != "EQUIRECTANGULAR":
+            self.note(f"projection {node.projection} is read as equirectangular", nodes.name(ref))
+        matrix = self._coordinates(ref, node, "Generated").to_3x3()
+        rotation = matrix.to_quaternion().to_matrix()
+        if max(abs(matrix[i][j] - rotation[i][j]) for i in range(3) for j in range(3)) > 1e-4:
+            self.note("Mapping: only its rotation is used", nodes.name(ref))
+        # Looked up at rotation * direction: the map's own axes in the world are the inverse.
+        return Value(None, {"type": "image", "interpolation": "linear", "extension": "repeat",
+                            "uv_transform": [1, 0, 0, 0, 1, 0], "rotation": rotation.transposed().to_4x4()}, node.image)
+
+    def _TexChecker(self, ref, node):
+        matrix = self._coordinates(ref, node, "Generated")
+        scale = self.number(ref.input("Scale"))
+        first, second = (self.constant(ref.input(name)).data for name in ("Color1", "Color2"))
+        if ref.socket.name == "Fac":
+            first, second = [1, 1, 1], [0, 0, 0]
+        # Cycles' checker is of three dimensions: Color2 where the sum of the cells' indices is even.
+        if math.floor((matrix[2][3] * scale + 1e-6) * 0.999999) % 2 == 0:
+            first, second = second, first
+        if scale <= 0:
+            self.note(f"a scale of {scale:g} is one colour", nodes.name(ref))
+            return Value(first)
+        return Value([first, second], {"type": "checker", "scale": float(scale),
+                                       "uv_transform": self._plane(ref, matrix)})
+
+    def _plane(self, ref, matrix):
+        """The part of a 4 x 4 matrix that concerns u and v, as uv_transform."""
+        if abs(matrix[2][0]) + abs(matrix[2][1]) > 1e-6 and ref.node.bl_idname == "ShaderNodeTexChecker":
+            self.note("the mapping turns out of the plane of u and v: only its part in the plane is used",
+                      nodes.name(ref))
+        return numbers([[matrix[row][0], matrix[row][1], matrix[row][3]] for row in range(2)])
+
+    def _coordinates(self, ref, node, unlinked):
+        """Matrix from (u, v, 0) or, for a world, the direction to what the texture node looks up."""
+        mapping = getattr(node, "texture_mapping", None)
+        inner = IDENTITY
+        if mapping is not None:
+            inner = mapping_matrix(mapping.vector_type, mapping.translation, mapping.rotation, mapping.scale)
+        world = node.bl_idname == "ShaderNodeTexEnvironment"
+        matrix = inner
+        ref = ref.input("Vector")
+        while True:
+            origin = nodes.source(ref)
+            at = origin.node
+            if not origin.socket.is_output:
+                if origin.socket != ref.socket or unlinked != ("Generated" if world else "UV"):
+                    self.note(f"{unlinked} coordinates are replaced by UV", nodes.name(ref))
+                return matrix
+            kind, output = at.bl_idname, origin.socket.name
+            if kind == "ShaderNodeMapping":
+                location, rotation, scale = (default(nodes.source(i).socket) if (i := origin.input(n)) else (0, 0, 0)
+                                             for n in ("Location", "Rotation", "Scale"))
+                for name in ("Location", "Rotation", "Scale"):
+                    entry = origin.input(name)
+                    if entry and nodes.source(entry).socket.is_output:
+                        self.note(f"{name} is linked: its unlinked value is used", nodes.name(origin))
+                matrix = matrix @ mapping_matrix(at.vector_type, location, rotation, scale)
+                ref = origin.input("Vector")
+            elif kind == "ShaderNodeUVMap":
+                if at.uv_map:
+                    self.uv_layers.add(at.uv_map)
+                return matrix
+            elif kind == "ShaderNodeTexCoord" and output == "UV" and not world:
+                return matrix
+            elif kind == "ShaderNodeTexCoord" and world and output == "Generated":
+                return matrix
+            elif kind in ("ShaderNodeAttribute", "ShaderNodeVertexColor") and not world:
+                self.uv_layers.add(at.attribute_name if kind == "ShaderNodeAttribute" else at.layer_name)
+                return matrix
+            else:
+                self.note("coordinates from {} ({}) are replaced by {}".format(
+                    at.bl_label, output, "the direction" if world else "UV"), nodes.name(origin))
+                return matrix
+
+
+def default(socket):
+    """The unlinked value of a socket, as three channels."""
+    value = getattr(socket, "default_value", 0)
+    if isinstance(value, (bool, int, float)):
+        return [float(value)] * 3
+    if isinstance(value, str):
+        return [0.0] * 3
+    return list(value)[:3]
+
+
+def mapping_matrix(vector_type, location, rotation, scale):
+    """The Mapping node as a matrix (node_mapping.osl)."""
+    rotate = Euler(rotation).to_matrix().to_4x4()
+    translate = Matrix.Translation(location)
+    inverse_scale = Matrix.Diagonal([1 / s if s else 0 for s in scale]).to_4x4()
+    if vector_type == "TEXTURE":
+        return inverse_scale @ rotate.transposed() @ translate.inverted()
+    if vector_type == "NORMAL":
+        return rotate @ inverse_scale
+    matrix = rotate @ Matrix.Diagonal(Vector(scale)).to_4x4()
+    return translate @ matrix if vector_type == "POINT" else matrix
+
+
+def is_grey(value):
+    data = value.data
+    return bool(np.ptp(data, axis=-1).max() == 0)

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exports a Blender scene to Burnish's scene format (import/FORMAT.md).
+
+    python3 import/blender/export.py FILE.blend -o SCENE_DIR              with the bpy wheel
+    blender -b FILE.blend --python import/blender/export.py -- -o SCENE_DIR   in Blender
+
+What the format has no word for is replaced by the nearest or left out, and named in the scene's notes.
+Exit status: 0, 2 for wrong usage, 3 for an input that cannot be read or an output that cannot be written.
+"""
+import argparse
+import os
+import signal
+import sys
+import time
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+import bpy  # noqa: E402
+from mathutils import Matrix  # noqa: E402
+
+import camera  # noqa: E402
+import geometry  # noqa: E402
+import lights  # noqa: E402
+import world  # noqa: E402
+from materials import Materials  # noqa: E402
+from scenefile import SceneFile, SceneFileError, transform  # noqa: E402
+
+ENGINE = "BURNISH_EXPORT"
+LEFT_OUT = {"VOLUME": "volume", "CURVES": "hair curves", "POINTCLOUD": "point cloud", "GREASEPENCIL": "grease pencil",
+            "GPENCIL": "grease pencil"}
+SILENT = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
+WITH_SURFACE = {"CURVE", "SURFACE", "FONT", "META"}
+PROGRESS_SECONDS = 2
+
+
+class ExportError(Exception):
+    """One clear sentence for the user."""
+
+
+def parse_arguments():
+    arguments = sys.argv[1:]
+    in_blender = not bpy.app.module
+    if in_blender:
+        arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
+    parser = argparse.ArgumentParser(prog="export.py", description="Exports a Blender file to a Burnish scene folder.")
+    parser.add_argument("file", metavar="FILE.blend", nargs="?" if in_blender else None)
+    parser.add_argument("-o", "--output", metavar="SCENE_DIR", required=True, help="folder to write; an older scene is replaced")
+    return parser.parse_args(arguments)
+
+
+def open_file(path):
+    if not os.path.isfile(path):
+        raise ExportError(f"{path}: no such file")
+    try:
+        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
+    except RuntimeError as error:
+        reason = str(error).strip().splitlines()[-1].removeprefix("Error: ")
+        raise ExportError(f"{path}: cannot be read as a Blender file: {reason}") from error
+
+
+def export_scene(scene, folder):
+    """Exports a scene of the open file, with the modifiers and visibility of a render; the file in memory is changed."""
+    with SceneFile(f"import/blender, Blender {bpy.app.version_string}", folder) as scene_file:
+        if scene.render.use_simplify:
+            scene_file.note("Simplify is switched off")
+            scene.render.use_simplify = False
+        cages = geometry.prepare_cages(bpy.data.objects, scene_file)
+        materials = Materials(scene_file)
+        world.export(scene_file, scene.world, materials.images)  # it may have to render, which cannot be nested
+        run_in_render(scene, lambda depsgraph: walk(scene_file, scene, depsgraph, cages, materials))
+        scene_file.write()
+        return {name: len(entries) for name, entries in scene_file.lists.items()}
+
+
+def run_in_render(scene, function):
+    """Calls function(depsgraph) inside a render: nowhere else does Blender evaluate a scene with its render settings."""
+    state = {"called": False, "error": None}
+
+    class Engine(bpy.types.RenderEngine):
+        bl_idname = ENGINE
+        bl_label = "Burnish export"
+
+        def render(self, depsgraph):
+            if state["called"]:  # once a view layer
+                return
+            state["called"] = True
+            try:
+                function(depsgraph)
+            except BaseException as error:  # Blender would print it and go on
+                state["error"] = error
+
+    bpy.utils.register_class(Engine)
+    try:
+        scene.render.engine = ENGINE
+        scene.render.use_compositing = scene.render.use_sequencer = False
+        bpy.ops.render.render(scene=scene.name)
+    finally:
+        bpy.utils.unregister_class(Engine)  # bpy hangs at exit while one is registered
+    if state["error"] is not None:
+        raise state["error"]
+    if not state["called"]:
+        raise ExportError("Blender rendered nothing: no view layer is switched on")
+
+
+def walk(scene_file, scene, depsgraph, cages, materials):
+    """Adds all that the evaluated scene holds."""
+    if len([layer for layer in scene.view_layers if layer.use]) > 1:
+        scene_file.note(f"only the view layer {depsgraph.view_layer.name} is exported")
+    if not camera.export(scene_file, scene, depsgraph):
+        raise ExportError("the scene has no camera")
+    meshes = {}
+    started = shown = time.monotonic()
+    for count, instance in enumerate(depsgraph.object_instances):
+        if time.monotonic() - shown > PROGRESS_SECONDS:
+            shown = time.monotonic()
+            progress(f"{count} objects in {shown - started:.0f} s")
+        export_instance(scene_file, instance, cages, materials, meshes)
+
+
+def export_instance(scene_file, instance, cages, materials, meshes):
+    obj = instance.object
+    if not instance.show_self:
+        return
+    for system in obj.particle_systems if instance.show_particles else ():
+        if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+            scene_file.note(f"hair of the particle system {system.name} is left out", object=obj.name)
+    if obj.type == "LIGHT":
+        lights.export_light(scene_file, instance)
+    elif obj.type == "MESH" or obj.type in WITH_SURFACE:
+        export_object(scene_file, instance, cages, materials, meshes)
+    elif obj.type not in SILENT:
+        scene_file.note(f"{LEFT_OUT.get(obj.type, obj.type.lower())} is left out", object=obj.name)
+
+
+def slots_of(obj, mesh):
+    """The materials that the faces' indices mean; geometry nodes may give the mesh more than the object has slots."""
+    slots = [slot.material for slot in obj.material_slots]
+    for index, material in enumerate(mesh.materials):
+        if index >= len(slots):
+            slots.append(material)
+    return slots
+
+
+def export_object(scene_file, instance, cages, materials, meshes):
+    obj = instance.object
+    visible = [getattr(obj, "visible_" + ray) for ray in ("camera", "diffuse", "glossy", "shadow")]
+    if not any(visible):
+        scene_file.note("hidden from all rays: left out", object=obj.name)
+        return
+    if not all(visible):
+        scene_file.note("hidden from some kinds of rays: seen by all here", object=obj.name)
+    temporary = obj.type != "MESH"
+    mesh = obj.to_mesh() if temporary else obj.data
+    if mesh is None:
+        return
+    slots = slots_of(obj, mesh)
+    exported = [materials.export(material, obj.name) for material in slots]
+    uv_layers = set().union(*(material.uv_layers for material in exported))
+    left_out = tuple(slot for slot, material in enumerate(exported) if material.see_through)
+    known = sorted(layer for layer in uv_layers if layer in mesh.uv_layers)
+    if len(known) > 1:
+        scene_file.note(f"several UV maps are used: {known[0]} alone is exported", object=obj.name)
+    # Evaluated data of one pointer is one mesh; equal ones of different pointers meet in SceneFile.
+    cage = cages.get(obj.original.name_full)
+    uv_layer = known[0] if known else None
+    matrix = instance.matrix_world.copy()
+    flattened = matrix if geometry.is_singular(matrix) else None
+    key = (mesh.as_pointer(), cage is None, uv_layer, len(slots), left_out)
+    if temporary or flattened or key not in meshes:
+        meshes[key] = geometry.export_mesh(scene_file, mesh, obj.data.name, cage, uv_layer, len(slots), left_out, flattened)
+    if meshes[key] is not None:
+        scene_file.append("objects", {"name": obj.name, "mesh": meshes[key],
+                                      "materials": [material.index for material in exported],
+                                      "transform": transform(Matrix.Identity(4) if flattened else matrix)})
+    if flattened:
+        del meshes[key]
+    if temporary:
+        obj.to_mesh_clear()
+
+
+def progress(text):
+    print(f"export: {text}", file=sys.stderr, flush=True)
+
+
+def main():
+    arguments = parse_arguments()
+    # Ctrl-C and kill unwind the stack, so that the temporary folder goes.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        if arguments.file:
+            open_file(arguments.file)
+        counts = export_scene(bpy.context.scene, arguments.output)
+    except (ExportError, SceneFileError) as error:
+        print(f"export.py: {error}", file=sys.stderr)
+        return 3
+    except KeyboardInterrupt:
+        print("export.py: interrupted, nothing was written", file=sys.stderr)
+        return 130
+    progress("{objects} objects of {meshes} meshes, {materials} materials, {lights} lights, {images} images, "
+             "{notes} notes".format(**counts))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's evaluated meshes and subdivision cages -> the format's meshes.
+
+A Subsurf at the end of an object's modifiers is switched off before evaluation (`prepare_cages`), so that the
+evaluated mesh is its cage; its settings become the mesh's `subdivision`.
+"""
+import numpy as np
+
+UV_BOUNDARIES = {"NONE": "all", "PRESERVE_CORNERS": "corners-only", "PRESERVE_CORNERS_AND_JUNCTIONS": "corners-plus1",
+                 "PRESERVE_CORNERS_JUNCTIONS_AND_CONCAVE": "corners-plus2", "PRESERVE_BOUNDARIES": "boundaries",
+                 "SMOOTH_ALL": "none"}
+INFINITE_SHARPNESS = 10
+
+
+def changes_normals_only(modifier):
+    """Behind a Subsurf these change no position, and the limit surface has its own normals."""
+    if modifier.type == "NODES":
+        return modifier.node_group is not None and modifier.node_group.name.startswith("Smooth by Angle")
+    return modifier.type == "WEIGHTED_NORMAL"
+
+
+def prepare_cages(objects, scene_file):
+    """Switches off each Subsurf at the end of a stack; returns {object's name: its settings}."""
+    cages = {}
+    for obj in objects:
+        if obj.type != "MESH":
+            continue
+        subsurfs = [m for m in obj.modifiers if m.type == "SUBSURF" and m.show_render and m.render_levels > 0]
+        if not subsurfs:
+            continue
+        last = subsurfs[-1]
+        behind = [m for m in list(obj.modifiers)[obj.modifiers.find(last.name) + 1:] if m.show_render]
+        if not all(changes_normals_only(m) for m in behind):
+            scene_file.note(f"Subsurf with {behind[-1].name} behind it: exported as the mesh of its render level",
+                            object=obj.name)
+            continue
+        simple = last.subdivision_type == "SIMPLE"
+        cages[obj.name_full] = {
+            "scheme": "bilinear" if simple else "catmull-clark",
+            "boundary": "edge-and-corner" if last.boundary_smooth == "PRESERVE_CORNERS" else "edge-only",
+            "uv_boundary": UV_BOUNDARIES[last.uv_smooth], "use_creases": last.use_creases and not simple}
+        last.show_render = last.show_viewport = False
+    return cages
+
+
+def read(collection, attribute, dtype, width=1):
+    """A property of all elements of a Blender collection as one array."""
+    array = np.empty(len(collection) * width, dtype)
+    collection.foreach_get(attribute, array)
+    return array
+
+
+def sharpness(crease):
+    """Blender's crease 0 .. 1 -> OpenSubdiv's sharpness; 1 is infinite (blenkernel's crease_to_sharpness)."""
+    return crease * crease * INFINITE_SHARPNESS
+
+
+def attribute(mesh, name, domain):
+    """A float attribute of the mesh, or None."""
+    found = mesh.attributes.get(name)
+    if found is None or found.domain != domain or found.data_type != "FLOAT":
+        return None
+    return read(found.data, "value", np.float32)
+
+
+def is_singular(matrix):
+    """True where a transform flattens space, which the format refuses."""
+    linear = matrix.to_3x3()
+    volume = linear.col[0].length * linear.col[1].length * linear.col[2].length
+    return abs(linear.determinant()) <= 2e-6 * volume
+
+
+class Kept:
+    """What is left of a mesh without some material slots, and without loose vertices and edges: no surface.
+
+    faces, corners, edges, vertices: which ones, as masks; index: new number of each vertex.
+    """
+
+    def __init__(self, mesh, slots, left_out):
+        self.sizes = read(mesh.polygons, "loop_total", np.int32)
+        self.materials = np.zeros(len(self.sizes), np.int32)
+        if slots > 1 and "material_index" in mesh.attributes:
+            # Cycles, too, takes the last slot for an index beyond it.
+            self.materials = read(mesh.attributes["material_index"].data, "value", np.int32).clip(0, slots - 1)
+        self.faces = ~np.isin(self.materials, left_out)
+        self.corners = np.repeat(self.faces, self.sizes)
+        self.edges, self.vertices = np.zeros(len(mesh.edges), bool), np.zeros(len(mesh.vertices), bool)
+        self.edges[read(mesh.loops, "edge_index", np.int32)[self.corners]] = True
+        self.corner_vertices = read(mesh.loops, "vertex_index", np.int32)[self.corners]
+        self.vertices[self.corner_vertices] = True
+        self.index = np.cumsum(self.vertices) - 1
+
+
+def export_mesh(scene_file, mesh, name, cage, uv_layer, slots, left_out=(), flattened=None):
+    """Adds an evaluated mesh; returns its index, or None where there is no face.
+
+    cage: settings from prepare_cages, or None; uv_layer: name of the UV map to take, None: the one that renders;
+    slots: how many materials the object has; left_out: those whose faces are left out;
+    flattened: a transform of no volume that is applied to the vertices, or None.
+    """
+    kept = Kept(mesh, slots, left_out)
+    if not kept.faces.any():
+        return None
+    positions = read(mesh.vertices, "co", np.float32, 3).reshape(-1, 3)[kept.vertices]
+    if not np.isfinite(positions).all():
+        scene_file.note("vertices that are not finite numbers were put in the origin", object=name)
+        positions = np.where(np.isfinite(positions).all(axis=1, keepdims=True), positions, 0)
+    if flattened is not None:
+        matrix = np.array(flattened)
+        positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
+    entry = {"name": name, "positions": scene_file.add_view(positions, "float3"),
+             "face_sizes": scene_file.add_view(kept.sizes[kept.faces], "uint"),
+             "corners": scene_file.add_view(kept.index[kept.corner_vertices], "uint")}
+    if cage is None and flattened is None and mesh.normals_domain != "FACE":
+        normals = read(mesh.corner_normals, "vector", np.float32, 3).reshape(-1, 3)[kept.corners]
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        good = (length > 0) & np.isfinite(length)
+        normals = np.where(good, normals / np.where(good, length, 1), np.float32([0, 0, 1]))
+        entry["normals"] = scene_file.add_view(normals, "float3")
+    uvs = mesh.uv_layers.get(uv_layer) if uv_layer else None
+    if uvs is None:
+        uvs = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+    if uvs is not None:
+        values = read(uvs.uv, "vector", np.float32, 2).reshape(-1, 2)[kept.corners]
+        entry["uvs"] = scene_file.add_view(np.nan_to_num(values, posinf=0, neginf=0), "float2")
+    materials = kept.materials[kept.faces]
+    if materials.any():
+        entry["face_materials"] = scene_file.add_view(materials, "uint")
+    if cage is not None:
+        entry["subdivision"] = export_cage(scene_file, mesh, name, cage, kept)
+    return scene_file.add("meshes", entry, unnamed=True)
+
+
+def export_cage(scene_file, mesh, name, cage, kept):
+    """The `subdivision` of a mesh."""
+    flat = mesh.attributes.get("sharp_face")
+    flat = read(flat.data, "value", bool) if flat is not None else np.zeros(len(kept.faces), bool)
+    flat = flat[kept.faces]
+    if flat.any() and not flat.all():
+        scene_file.note("flat and smooth faces in one cage: all are " + ("flat" if flat.mean() > 0.5 else "smooth"),
+                        object=name)
+    if not kept.faces.all():
+        scene_file.note("the cage lost faces that let light through: its border is another", object=name)
+    subdivision = {"scheme": cage["scheme"], "boundary": cage["boundary"], "uv_boundary": cage["uv_boundary"],
+                   "smooth": bool(flat.mean() <= 0.5)}
+    edges = read(mesh.edges, "vertices", np.int32, 2).reshape(-1, 2)
+    corner_sharpness = np.zeros(len(kept.vertices), np.float32)
+    if cage["use_creases"]:
+        creases = attribute(mesh, "crease_edge", "EDGE")
+        if creases is not None and (chosen := (creases > 0) & kept.edges).any():
+            subdivision["crease_edges"] = scene_file.add_view(kept.index[edges[chosen]], "uint2")
+            subdivision["crease_sharpness"] = scene_file.add_view(sharpness(creases[chosen]), "float")
+        corner_creases = attribute(mesh, "crease_vert", "POINT")
+        if corner_creases is not None:
+            corner_sharpness = sharpness(corner_creases)
+    if cage["scheme"] == "catmull-clark":
+        # Blender holds the vertices of loose edges in their place (subdiv_converter_mesh.cc).
+        corner_sharpness[edges[read(mesh.edges, "is_loose", bool)].ravel()] = INFINITE_SHARPNESS
+    chosen = (corner_sharpness > 0) & kept.vertices
+    if chosen.any():
+        subdivision["corner_vertices"] = scene_file.add_view(kept.index[chosen], "uint")
+        subdivision["corner_sharpness"] = scene_file.add_view(corner_sharpness[chosen], "float")
+    return subdivision

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's images and colour nodes -> the format's images and textures.
+
+A `Value` is what a colour or number socket holds over the surface: a constant, a checker of two colours, or a picture.
+The colour nodes that work on each point by itself (colours.py) work on any of the three.
+"""
+import os
+
+import bpy
+import numpy as np
+
+from scenefile import numbers
+
+MISSING = (1.0, 0.0, 1.0)  # Cycles shows a missing image so
+LUMINANCE = np.float32([0.2126, 0.7152, 0.0722])  # Blender's colour -> number
+# The file formats that are copied as they stand, by their first bytes.
+KEPT_FORMATS = {b"\x89PNG\r\n\x1a\n": ".png", b"\xff\xd8\xff": ".jpg", b"\x76\x2f\x31\x01": ".exr",
+                b"#?RADIANCE": ".hdr", b"#?RGBE": ".hdr"}
+INTERPOLATIONS = {"Linear": "linear", "Closest": "closest"}
+EXTENSIONS = {"REPEAT": "repeat", "EXTEND": "extend", "CLIP": "clip"}
+
+
+class Value:
+    """data: rgb of a constant (3,), of a checker (2, 3), of a picture (h, w, 3), bottom row first; linear Rec. 709.
+
+    image: the picture while it is still what its file holds (data is then read when asked for).
+    placement: where a checker or picture lies, the keys of the format's texture; None for a constant.
+    """
+
+    def __init__(self, data=None, placement=None, image=None):
+        self._data = None if data is None else np.asarray(data, np.float32)
+        self.placement = placement
+        self.image = image
+
+    @property
+    def constant(self):
+        return self.placement is None
+
+    @property
+    def data(self):
+        if self._data is None:
+            self._data = pixels(self.image)[..., :3]
+        return self._data
+
+    def mean(self):
+        """Its mean colour over the plane."""
+        return self.data.reshape(-1, 3).mean(axis=0)
+
+
+def combine(function, *values):
+    """function of the values at each point, as a Value; None where pictures that lie differently meet."""
+    placed = [value for value in values if not value.constant]
+    shapes = {value.data.shape for value in placed}
+    if len(shapes) > 1 or any(value.placement != placed[0].placement for value in placed):
+        return None
+    data = [value.data for value in values]
+    result = np.asarray(function(*data), np.float32)
+    if placed:
+        result = np.broadcast_to(result, placed[0].data.shape)
+    return Value(result, placed[0].placement if placed else None)
+
+
+def srgb_to_linear(colour):
+    colour = np.asarray(colour, np.float32)
+    return np.where(colour <= 0.04045, colour / 12.92, ((np.maximum(colour, 0) + 0.055) / 1.055) ** 2.4)
+
+
+def pixels(image):
+    """Linear RGBA of a picture (h, w, 4), bottom row first."""
+    width, height = image.size
+    channels = image.channels
+    data = np.empty(width * height * channels, np.float32)
+    image.pixels.foreach_get(data)
+    data = data.reshape(height, width, channels)
+    if channels < 3:
+        data = np.concatenate([data[..., :1]] * 3 + [data[..., 1:]], axis=2)
+    if data.shape[2] == 3:
+        data = np.concatenate([data, np.ones_like(data[..., :1])], axis=2)
+    if not image.is_float and colour_space(image) == "srgb":
+        data[..., :3] = srgb_to_linear(data[..., :3])
+    return data
+
+
+def colour_space(image):
+    """The format's word for Blender's colour space of an image, or None for one that it has no word for."""
+    settings = image.colorspace_settings
+    if settings.is_data:
+        return "data"
+    return {"sRGB": "srgb", "Linear Rec.709": "linear", "Linear": "linear"}.get(settings.name)
+
+
+def is_missing(image):
+    """True where there is no picture (looking at its size makes Blender load it)."""
+    return image is None or image.size[0] == 0 or image.size[1] == 0
+
+
+def export_image(scene_file, image, exported):
+    """Adds a picture, its file as it is where the format keeps its kind; exported remembers them by name."""
+    image = image.original
+    key = image.name_full
+    if key in exported:
+        return exported[key]
+    space = colour_space(image)
+    if space is None:
+        space = "linear" if image.is_float else "srgb"
+        scene_file.note(f"image {image.name}: colour space {image.colorspace_settings.name} read as {space}")
+    if image.source not in ("FILE", "GENERATED"):
+        scene_file.note(f"image {image.name}: one picture of a {image.source.lower()} is used")
+    data = file_bytes(image)
+    extension = next((e for magic, e in KEPT_FORMATS.items() if data and data.startswith(magic)), None)
+    if extension:
+        path, file = scene_file.texture_path(file_stem(image) + extension)
+        with open(path, "wb") as out:
+            out.write(data)
+    else:
+        path, file = scene_file.texture_path(file_stem(image) + (".exr" if image.is_float else ".png"))
+        save(image, path)
+        if image.is_float:
+            space = "data" if space == "data" else "linear"  # Blender has made it so on loading
+    exported[key] = scene_file.add("images", {"file": file, "colour_space": space})
+    return exported[key]
+
+
+def file_bytes(image):
+    """The image's file as bytes, packed or on disk; None where there is none (a generated or edited image)."""
+    if image.source not in ("FILE", "SEQUENCE") or image.is_dirty:
+        return None
+    if image.packed_file is not None:
+        return bytes(image.packed_file.data)
+    try:
+        with open(bpy.path.abspath(image.filepath, library=image.library), "rb") as file:
+            return file.read()
+    except OSError:
+        return None
+
+
+def file_stem(image):
+    stem = os.path.splitext(os.path.basename(image.filepath.replace("\\", "/")))[0]
+    return stem or os.path.splitext(image.name)[0]
+
+
+def save(image, path):
+    """Writes an image that is in memory alone, by a copy: the user's data block stays as it is."""
+    copy = image.copy()
+    copy.file_format = "OPEN_EXR" if path.endswith(".exr") else "PNG"
+    copy.save(filepath=path, save_copy=True)
+    bpy.data.images.remove(copy)
+
+
+def save_pixels(data, path):
+    """Writes linear rgb (h, w, 3), bottom row first, as EXR."""
+    height, width = data.shape[:2]
+    image = bpy.data.images.new("burnish", width, height, float_buffer=True, is_data=True)
+    rgba = np.ones((height, width, 4), np.float32)
+    rgba[..., :3] = data
+    image.pixels.foreach_set(rgba.ravel())
+    image.file_format = "OPEN_EXR"
+    image.save(filepath=path)
+    bpy.data.images.remove(image)
+
+
+def export_texture(scene_file, value, exported, stem):
+    """Adds a checker or picture as a texture; returns its index. stem names a picture that nodes have changed."""
+    placement = {key: item for key, item in value.placement.items() if key != "rotation"}
+    if placement["type"] == "checker":
+        return scene_file.add("textures", {**placement, "colour1": numbers(value.data[0]),
+                                           "colour2": numbers(value.data[1])})
+    if value.image is not None:
+        image = export_image(scene_file, value.image, exported)
+    else:
+        key = value.data.tobytes()
+        if key not in exported:
+            path, file = scene_file.texture_path(stem + ".exr")
+            save_pixels(value.data, path)
+            exported[key] = scene_file.add("images", {"file": file, "colour_space": "linear"})
+        image = exported[key]
+    return scene_file.add("textures", {**placement, "image": image})

@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/emitter.h"
+
+#include <stdlib.h>
+
+#include "render/transform.h"
+
+static const struct scene_material *material_of(const struct scene *scene, const struct scene_object *object,
+                                                uint32_t slot)
+{
+    int index = slot < object->slot_count ? object->materials[slot] : SCENE_NONE;
+    const struct scene_material *material = index == SCENE_NONE ? NULL : &scene->materials[index];
+    return material && max3(vec_from(material->emission)) > 0 ? material : NULL;
+}
+
+static struct emitter_triangle place(const struct trace_object *placed, uint32_t triangle,
+                                     const struct scene_material *material)
+{
+    const struct triangles *t = placed->triangles;
+    const uint32_t *index = t->indices + 3 * (size_t)triangle;
+    float3 corner[3];
+    for (int k = 0; k < 3; k++)
+        corner[k] = transform_point(placed->transform, vec_from(t->positions + 3 * (size_t)index[k]));
+    struct emitter_triangle result = {corner[0], sub(corner[1], corner[0]), sub(corner[2], corner[0]),
+                                      vec_from(material->emission), material->emission_front_only};
+    if (transform_determinant(placed->transform) < 0) { /* mirrored: the front stays the same side */
+        float3 swap = result.ab;
+        result.ab = result.ac;
+        result.ac = swap;
+    }
+    return result;
+}
+
+static float area(const struct emitter_triangle *t) { return length(cross(t->ab, t->ac)) / 2; }
+
+/* The sphere about the box of all corners, the common direction if there is one, and the chances. */
+static void summarise(struct emitter *e)
+{
+    float3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
+    double sum = 0;
+    e->normal = normalize(cross(e->triangles[0].ab, e->triangles[0].ac));
+    e->flat = true;
+    e->height = INFINITY;
+    for (uint32_t i = 0; i < e->count; i++) {
+        const struct emitter_triangle *t = &e->triangles[i];
+        float3 corner[3] = {t->a, add(t->a, t->ab), add(t->a, t->ac)};
+        for (int k = 0; k < 3; k++) {
+            low = vec3(fminf(low.x, corner[k].x), fminf(low.y, corner[k].y), fminf(low.z, corner[k].z));
+            high = vec3(fmaxf(high.x, corner[k].x), fmaxf(high.y, corner[k].y), fmaxf(high.z, corner[k].z));
+            e->height = fminf(e->height, dot(e->normal, corner[k]));
+        }
+        e->flat = e->flat && dot(normalize(cross(t->ab, t->ac)), e->normal) > 0.9999f;
+        e->both_sides = e->both_sides || !t->front_only;
+        e->cumulative[i] = sum;
+        sum += (double)area(t) * luminance(t->radiance);
+    }
+    e->cumulative[e->count] = sum;
+    for (uint32_t i = 0; i <= e->count && sum > 0; i++)
+        e->cumulative[i] /= sum;
+    e->strength = (float)sum;
+    e->centre = scale(add(low, high), 0.5f);
+    e->radius = length(sub(high, low)) / 2;
+    e->height -= 1e-4f * e->radius; /* nearly coplanar corners */
+}
+
+bool emitter_build(const struct scene *scene, const struct scene_object *object, const struct trace_object *placed,
+                   struct emitter *emitter)
+{
+    *emitter = (struct emitter){0};
+    const struct triangles *t = placed->triangles;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < t->triangle_count; i++)
+        count += material_of(scene, object, t->slots[i]) != NULL;
+    if (count == 0)
+        return true;
+    emitter->triangles = malloc(count * sizeof *emitter->triangles);
+    emitter->cumulative = malloc((count + (size_t)1) * sizeof *emitter->cumulative);
+    if (!emitter->triangles || !emitter->cumulative) {
+        emitter_free(emitter);
+        return false;
+    }
+    for (uint32_t i = 0; i < t->triangle_count; i++) {
+        const struct scene_material *material = material_of(scene, object, t->slots[i]);
+        if (material)
+            emitter->triangles[emitter->count++] = place(placed, i, material);
+    }
+    summarise(emitter);
+    return true;
+}
+
+void emitter_free(struct emitter *emitter)
+{
+    free(emitter->triangles);
+    free(emitter->cumulative);
+    *emitter = (struct emitter){0};
+}
+
+float emitter_irradiance(const struct emitter *emitter, float3 p, float3 n)
+{
+    const struct emitter *e = emitter;
+    float3 to = sub(e->centre, p);
+    float d = length(to), r = e->radius, own = 1;
+    float bound = d > r ? clampf((dot(n, to) + r) / d, 0, 1) : 1;
+    if (e->flat) {
+        float height = dot(e->normal, p) - e->height;
+        if (height <= 0 && !e->both_sides)
+            return 0;
+        own = fmaxf(fabsf(height), 1e-3f * r) / fmaxf(fabsf(height), fmaxf(d - r, 1e-3f * r));
+    }
+    return e->strength * own * bound / fmaxf(d * d + r * r, 1e-20f);
+}
+
+bool emitter_sample(const struct emitter *emitter, float3 p, const float u[static 3], float3 *wi, float *distance,
+                    rgb *radiance, float *pdf)
+{
+    const struct emitter *e = emitter;
+    uint32_t low = 0, high = e->count;
+    while (high - low > 1) {
+        uint32_t middle = (low + high) / 2;
+        if (e->cumulative[middle] <= u[0])
+            low = middle;
+        else
+            high = middle;
+    }
+    const struct emitter_triangle *t = &e->triangles[low];
+    float root = sqrtf(u[1]);
+    float3 q = mad(mad(t->a, t->ab, root * (1 - u[2])), t->ac, root * u[2]);
+    float3 ng = normalize(cross(t->ab, t->ac)), to = sub(q, p);
+    float side = dot(to, ng);
+    if (side == 0 || (side > 0 && t->front_only))
+        return false;
+    to = sub(trace_offset(q, side > 0 ? scale(ng, -1) : ng), p);
+    float d2 = dot(to, to);
+    *distance = sqrtf(d2);
+    *wi = scale(to, 1 / *distance);
+    *radiance = t->radiance;
+    *pdf = emitter_pdf_area(e, luminance(t->radiance)) * d2 / fabsf(dot(*wi, ng));
+    return true;
+}

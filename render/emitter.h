@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The emitting triangles of one object as a lamp: sampled by area times radiance. Read-only once built. */
+#ifndef RENDER_EMITTER_H
+#define RENDER_EMITTER_H
+
+#include "import/scene.h"
+#include "render/trace.h"
+
+struct emitter_triangle {
+    float3 a, ab, ac; /* a corner and two edges, world, m */
+    rgb radiance;     /* W/m2/sr */
+    bool front_only;
+};
+
+struct emitter {
+    struct emitter_triangle *triangles;
+    double *cumulative;   /* chances, [count + 1] */
+    uint32_t count;
+    float strength;       /* luminance of radiance x area summed, W/sr */
+    bool both_sides;      /* some triangle shines from its back too */
+    float3 centre;        /* of a sphere about all, m */
+    float radius;
+    bool flat;            /* all face the same way: */
+    float3 normal;        /* that way, and */
+    float height;         /* the least of dot(normal, corner), m */
+};
+
+/* Gathers the emitting triangles of an object; count 0 where it has none. False where memory runs out. */
+bool emitter_build(const struct scene *scene, const struct scene_object *object, const struct trace_object *placed,
+                   struct emitter *emitter);
+void emitter_free(struct emitter *emitter);
+
+/* About the irradiance (luminance) at p on a surface with normal n, shadows apart; 0 only where none can arrive. */
+float emitter_irradiance(const struct emitter *emitter, float3 p, float3 n);
+
+/* A point on the emitter seen from p: wi, distance to just before it, radiance and pdf per solid angle. False where it
+ * shines the other way. u[0] chooses the triangle. */
+bool emitter_sample(const struct emitter *emitter, float3 p, const float u[static 3], float3 *wi, float *distance,
+                    rgb *radiance, float *pdf);
+
+/* The pdf per area of a point on triangles whose radiance has this luminance. */
+static inline float emitter_pdf_area(const struct emitter *emitter, float light)
+{
+    return emitter->strength > 0 ? light / emitter->strength : 0;
+}
+
+#endif

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Radiance from outside, split in two: strong = max(L - threshold, 0) a channel, which is sampled by importance, and the
+ * rest, which is at most the threshold and met by chance.
+ *
+ * The threshold is 4 x the mean luminance over the sphere: what stands out of that is small and bright (sun, windows,
+ * lamps in the picture) and would be noise if met by chance. A constant environment has nothing strong.
+ * Read-only once built: any thread may call.
+ */
+#ifndef RENDER_ENVIRONMENT_H
+#define RENDER_ENVIRONMENT_H
+
+#include "render/texture.h"
+
+struct environment {
+    rgb radiance;              /* W/m2/sr, or the factor of the picture */
+    const struct image *image; /* equirectangular, borrowed; NULL: constant */
+    bool closest;              /* no interpolation */
+    float3 axes[3];            /* world directions of the picture's x, y, z */
+    float threshold;           /* W/m2/sr */
+    float *rows, *columns;     /* cumulative chances: of rows [height + 1], within each row [height][width + 1] */
+    float strong_flux;         /* luminance of the strong part summed over the sphere, W/m2; 0: nothing is strong */
+};
+
+/* False where memory runs out; nothing is left to free then. */
+bool environment_build(const struct scene_world *world, const struct textures *textures,
+                       struct environment *environment);
+void environment_free(struct environment *environment);
+
+/* The two parts along dir (world, unit). Their sum is all that comes from there. */
+rgb environment_strong(const struct environment *environment, float3 dir);
+rgb environment_rest(const struct environment *environment, float3 dir);
+
+/* A direction drawn by the strong part, its pdf per solid angle in *pdf; needs strong_flux > 0. */
+float3 environment_sample(const struct environment *environment, const float u[static 2], float *pdf);
+float environment_pdf(const struct environment *environment, float3 dir);
+
+#endif

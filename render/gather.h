@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Radiance along rays that end at the diffuse cache.
+ *
+ * At a ray's hit: direct light of one lamp sample; bounced light of the diffuse part from the diffuse cache; the specular part continued as
+ * a ray. Where the cache has no record, or its zones are wider than the ray is long (the record's own neighbourhood,
+ * where an interpolated value would show), one more diffuse bounce is traced instead. SCENES.md's table of who counts which light in
+ * short: a gather ray that hits a lamp counts 0, for its sender samples lamps itself; a specular ray counts it with its MIS weight.
+ */
+#ifndef RENDER_GATHER_H
+#define RENDER_GATHER_H
+
+#include "render/diffuse_cache.h"
+#include "render/rng.h"
+#include "render/shade.h"
+
+/* What one gather ray brought: light of the surface it hit, and light that this surface reflects specularly, which
+ * has its place behind it, at the distance of its virtual image. */
+struct gathered {
+    float distance;          /* to the hit; INFINITY: it escaped */
+    float mirrored_distance; /* to the hit and on to what it mirrors */
+    float3 normal;           /* geometric, at the hit, on the ray's side */
+    rgb surface, mirrored;   /* W/m2/sr */
+};
+
+/* Follows a ray from a surface point. `terms` NULL: the cache is complete. */
+struct gathered gather(const struct model *model, const struct diffuse_cache *cache, struct ray ray, struct rng *rng,
+                       struct gather_terms *terms);
+
+/* Light along a ray that was sampled by a lobe at (ray.origin, n) with `pdf`: as gather, but lamps count with their MIS weight against lights_sample. */
+rgb gather_specular(const struct model *model, const struct diffuse_cache *cache, struct ray ray, float3 n, float pdf,
+                    struct rng *rng);
+
+/* Light of one lamp sample (u: three numbers in [0, 1)) at a point: its diffuse part in full, its lobes with the MIS weight
+ * against sampling each lobe. False where none arrives. */
+bool gather_direct(const struct model *model, const struct point *point, const float u[static 3], rgb *diffuse,
+                   rgb *specular, float *distance);
+
+#endif

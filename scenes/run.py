@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the stages on a scene of this folder: export, burnish, Cycles, comparison. Each ends the script where it fails."""
+import json
+import os
+import subprocess
+import sys
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+PROGRAM = os.environ.get("BURNISH", os.path.join(ROOT, "build", "burnish"))
+
+
+def cores():
+    return len(os.sched_getaffinity(0))
+
+
+def blend(name):
+    return os.path.join(ROOT, "scenes", name, name + ".blend")
+
+
+def reference_folder(name):
+    return os.path.join(ROOT, "scenes", name, "reference")
+
+
+def reference(name, kind):
+    """The two halves by "path" or "cycles"."""
+    return [os.path.join(reference_folder(name), f"{kind}_{half}.exr") for half in "ab"]
+
+
+def _call(command, quiet=False):
+    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE if quiet else None, text=True)
+    if result.returncode:
+        sys.exit(f"failed with {result.returncode}: {' '.join(command)}\n{result.stdout}{result.stderr or ''}")
+    return result.stdout
+
+
+def _python(script, *arguments):
+    return _call([sys.executable, os.path.join(ROOT, "import", "blender", script), *map(str, arguments)], quiet=True)
+
+
+def export(name, folder):
+    """Returns what the exporter says."""
+    return _python("export.py", blend(name), "-o", folder)
+
+
+def burnish(scene, out, method, samples, threads, seed=0):
+    """Renders and returns the numbers of --stats."""
+    stats = out.replace(".exr", ".json")
+    _call([PROGRAM, "render", scene, "-o", out, "--method", method, "--spp", str(samples), "--threads", str(threads),
+           "--seed", str(seed), "--stats", stats])
+    with open(stats, encoding="utf-8") as file:
+        return json.load(file)
+
+
+def cycles(name, out, samples, threads, seed=0, denoise=False):
+    """Renders the .blend with Cycles and returns the numbers of its --stats."""
+    stats = out.replace(".exr", ".json")
+    _python("cycles.py", blend(name), "-o", out, "--spp", samples, "--threads", threads, "--seed", seed, "--stats", stats,
+            *["--denoise"] * denoise)
+    with open(stats, encoding="utf-8") as file:
+        return json.load(file)
+
+
+def compare(image, halves, image2=None, difference=None):
+    """The errors that `burnish compare --json` prints."""
+    more = (["--image2", image2] if image2 else []) + (["--difference", difference] if difference else [])
+    return json.loads(_call([PROGRAM, "compare", image, halves[0], "--reference2", halves[1], "--json", *more]))

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the exporter's tests share: an empty Blender scene, the export of it, and small Cycles renders."""
+import json
+import os
+import sys
+
+import bpy
+import jsonschema
+import numpy as np
+import pytest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(ROOT, "import", "blender"))
+
+import export as exporter  # noqa: E402
+
+with open(os.path.join(ROOT, "import", "schema.json"), encoding="utf-8") as schema_file:
+    VALIDATOR = jsonschema.Draft202012Validator(json.load(schema_file))
+VIEW_TYPES = {"float": ("<f4", 1), "float2": ("<f4", 2), "float3": ("<f4", 3), "uint": ("<u4", 1), "uint2": ("<u4", 2)}
+
+
+class Scene:
+    """A scene folder as a reader sees it; the schema holds for every one that a test reads."""
+
+    def __init__(self, folder):
+        self.folder = str(folder)
+        with open(os.path.join(self.folder, "scene.json"), encoding="utf-8") as file:
+            self.json = json.load(file)
+        VALIDATOR.validate(self.json)
+        with open(os.path.join(self.folder, "scene.bin"), "rb") as file:
+            self.buffer = file.read()
+        assert len(self.buffer) == self.json["buffer"]["bytes"]
+        for image in self.json["images"]:
+            assert os.path.isfile(os.path.join(self.folder, image["file"]))
+
+    def __getitem__(self, key):
+        return self.json[key]
+
+    def view(self, index):
+        view = self.json["views"][index]
+        dtype, width = VIEW_TYPES[view["type"]]
+        array = np.frombuffer(self.buffer, dtype, view["count"] * width, view["offset"])
+        return array.reshape(-1, width) if width > 1 else array
+
+    def mesh_of(self, name):
+        """The mesh of the object of this name."""
+        return self.json["meshes"][next(o for o in self.json["objects"] if o["name"] == name)["mesh"]]
+
+    def material(self, name):
+        return next(m for m in self.json["materials"] if m["name"] == name)
+
+    def notes(self, word):
+        return [note for note in self.json["notes"] if word in note["text"]]
+
+
+def matrix(numbers):
+    """The 12 numbers of a transform as a 4 x 4 matrix."""
+    return np.vstack([np.reshape(numbers, (3, 4)), [0, 0, 0, 1]])
+
+
+def new_object(name, data, location=(0, 0, 0), rotation=(0, 0, 0), scale=(1, 1, 1)):
+    obj = bpy.data.objects.new(name, data)
+    obj.location, obj.rotation_euler, obj.scale = location, rotation, scale
+    bpy.context.scene.collection.objects.link(obj)
+    return obj
+
+
+def new_mesh(name, positions, faces, material=None, uvs=None, **placed):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(positions, [], faces)
+    if uvs is not None:
+        mesh.uv_layers.new(name="UVMap").uv.foreach_set("vector", np.ravel(uvs))
+    if material is not None:
+        mesh.materials.append(material)
+    return new_object(name, mesh, **placed)
+
+
+def new_plane(name="Plane", material=None, size=2.0, **placed):
+    """A square in z = 0 that faces +z, its UVs 0 .. 1 along x and y."""
+    half = size / 2
+    return new_mesh(name, [(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], [(0, 1, 2, 3)],
+                    material, [(0, 0), (1, 0), (1, 1), (0, 1)], **placed)
+
+
+def new_material(name="Material"):
+    """An empty material; returns it, its nodes' maker and its linker: node("ShaderNodeEmission", Strength=2)."""
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    return material, *node_makers(tree, output)
+
+
+def node_makers(tree, output):
+    def node(kind, **values):
+        made = tree.nodes.new(kind)
+        for name, value in values.items():
+            made.inputs[name.replace("_", " ")].default_value = value
+        return made
+
+    def link(source, target=None):
+        """Joins two sockets; without a target the shader goes to the surface."""
+        tree.links.new(source, target or output.inputs["Surface"])
+    return node, link
+
+
+def new_camera(location=(0, 0, 5), rotation=(0, 0, 0), orthographic=None):
+    camera = bpy.data.cameras.new("Camera")
+    if orthographic:
+        camera.type, camera.ortho_scale = "ORTHO", orthographic
+    obj = new_object("Camera", camera, location, rotation)
+    bpy.context.scene.camera = obj
+    return obj
+
+
+@pytest.fixture
+def scene():
+    """An empty scene with a camera 5 m above the origin that looks down; the first thing that each test asks for."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    new_camera()
+    return bpy.context.scene
+
+
+@pytest.fixture
+def export(tmp_path):
+    """Function that exports the open scene and reads it back."""
+    def run(folder="scene"):
+        exporter.export_scene(bpy.context.scene, str(tmp_path / folder))
+        return Scene(tmp_path / folder)
+    return run
+
+
+@pytest.fixture
+def cycles(tmp_path):
+    """Function that renders the open scene with Cycles: RGB (height, width, 3), top row first."""
+    def run(width, height, samples=64, bounces=0):
+        scene = bpy.context.scene
+        scene.render.engine = "CYCLES"
+        scene.render.resolution_x, scene.render.resolution_y = width, height
+        scene.render.resolution_percentage = 100
+        scene.render.threads_mode, scene.render.threads = "FIXED", 1
+        scene.render.film_transparent = False
+        settings = scene.cycles
+        settings.samples, settings.use_adaptive_sampling, settings.use_denoising = samples, False, False
+        settings.max_bounces, settings.light_sampling_threshold = bounces, 0
+        settings.sample_clamp_direct = settings.sample_clamp_indirect = 0
+        settings.pixel_filter_type, settings.filter_width = "BOX", 1
+        scene.render.image_settings.file_format = "OPEN_EXR"
+        scene.render.image_settings.color_depth = "32"
+        scene.render.filepath = str(tmp_path / "cycles.exr")
+        bpy.ops.render.render(write_still=True)
+        image = bpy.data.images.load(scene.render.filepath)
+        data = np.empty(width * height * 4, np.float32)
+        image.pixels.foreach_get(data)
+        bpy.data.images.remove(image)
+        return data.reshape(height, width, 4)[::-1, :, :3]
+    return run

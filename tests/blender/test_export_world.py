@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The exported world, looked up as import/FORMAT.md says, is what Cycles shows in each direction."""
+import math
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Vector
+
+from conftest import matrix, node_makers
+
+DIRECTIONS = [(1, 0, 0), (0, 1, 0.2), (-0.6, -0.5, -0.4), (0.3, -0.9, 0.8)]
+
+
+@pytest.fixture
+def world(scene):
+    """An empty world: node, link."""
+    scene.world = bpy.data.worlds.new("World")
+    scene.world.use_nodes = True
+    tree = scene.world.node_tree
+    tree.nodes.clear()
+    return node_makers(tree, tree.nodes.new("ShaderNodeOutputWorld"))
+
+
+def smooth_picture():
+    """A picture of 64 x 32 whose colour tells the direction; its bottom row first."""
+    image = bpy.data.images.new("directions", 64, 32, float_buffer=True)
+    u, v = np.meshgrid((np.arange(64) + 0.5) / 64, (np.arange(32) + 0.5) / 32)
+    rgba = np.stack([1 + np.sin(2 * np.pi * u), 1 + np.cos(2 * np.pi * u), 3 * v, np.ones_like(u)], axis=-1)
+    image.pixels.foreach_set(rgba.astype(np.float32).ravel())
+    image.pack()
+    return image
+
+
+def load(path):
+    image = bpy.data.images.load(path)
+    data = np.empty(len(image.pixels), np.float32)
+    image.pixels.foreach_get(data)
+    return data.reshape(image.size[1], image.size[0], 4)[..., :3]
+
+
+def radiance(scene, direction):
+    """FORMAT.md's world."""
+    world = scene["world"]
+    factor = np.array(world["radiance"])
+    if "texture" not in world:
+        return factor
+    x, y, z = np.linalg.inv(matrix(world["transform"])[:3, :3]) @ (np.array(direction) / np.linalg.norm(direction))
+    u, v = 0.5 - math.atan2(y, x) / (2 * math.pi), 0.5 + math.asin(z) / math.pi
+    image = scene["images"][scene["textures"][world["texture"]]["image"]]
+    data = load(f"{scene.folder}/{image['file']}")
+    return factor * data[min(int(v * data.shape[0]), data.shape[0] - 1), int(u * data.shape[1]) % data.shape[1]]
+
+
+def check(scene, cycles, tolerance):
+    camera = bpy.context.scene.camera
+    camera.data.angle = 0.01
+    camera.rotation_mode = "QUATERNION"
+    for direction in DIRECTIONS:
+        camera.rotation_quaternion = Vector(direction).to_track_quat("-Z", "Y")
+        assert cycles(4, 4, samples=4).mean(axis=(0, 1)) == pytest.approx(radiance(scene, direction), abs=tolerance)
+
+
+def test_colour(world, export, cycles):
+    node, link = world
+    link(node("ShaderNodeBackground", Color=(0.2, 0.4, 0.8, 1), Strength=2).outputs["Background"])
+    scene = export()
+    assert scene["world"]["radiance"] == pytest.approx([0.4, 0.8, 1.6])
+    check(scene, cycles, 1e-5)
+
+
+@pytest.mark.parametrize("vector_type", ["POINT", "TEXTURE"])
+def test_environment_turned(vector_type, world, export, cycles):
+    node, link = world
+    background, picture = node("ShaderNodeBackground", Strength=1.5), node("ShaderNodeTexEnvironment")
+    mapping = node("ShaderNodeMapping", Rotation=(0.3, 0.2, 1.1))
+    mapping.vector_type = vector_type
+    picture.image = smooth_picture()
+    link(background.outputs["Background"])
+    link(picture.outputs["Color"], background.inputs["Color"])
+    link(mapping.outputs["Vector"], picture.inputs["Vector"])
+    link(node("ShaderNodeTexCoord").outputs["Generated"], mapping.inputs["Vector"])
+    scene = export()
+    assert scene["world"]["radiance"] == [1.5, 1.5, 1.5] and not scene["notes"]
+    check(scene, cycles, 0.25)  # half a texel of the nearest one that the test looks up
+
+
+def test_unknown_nodes_are_rendered(world, export, cycles):
+    node, link = world
+    background, sky = node("ShaderNodeBackground", Strength=0.1), node("ShaderNodeTexSky")
+    sky.sky_type = "PREETHAM"
+    link(background.outputs["Background"])
+    link(sky.outputs["Color"], background.inputs["Color"])
+    scene = export()
+    assert scene.notes("rendered to a picture")
+    found = [radiance(scene, direction) for direction in DIRECTIONS]
+    assert np.ptp(found, axis=0).min() > 0.01
+    check(scene, cycles, 0.02 * np.max(found))
+
+
+def test_no_world_is_black(scene, export):
+    scene.world = None
+    assert "world" not in export().json
