@@ -72,67 +72,56 @@ float3 ggx_sample(float alpha, float3 n, float3 wo, const float u[static 2])
 }
 
 /* Cycles' grids: roughness along x, mu along y, and along z the index as sqrt((eta-1)/(eta+1)); each from 0 to 1. */
-enum { ALBEDO_SIZE = 32, SHARE_SIZE = 16, AZIMUTHS = 16, HEIGHTS = 32 };
+enum { ALBEDO_SIZE = 32, SHARE_SIZE = 16, AZIMUTHS = 16, HEIGHTS = 32, MEAN_STEPS = 16 };
 
 static struct {
     float albedo[ALBEDO_SIZE][ALBEDO_SIZE], albedo_mean[ALBEDO_SIZE];
     float share[SHARE_SIZE][SHARE_SIZE][SHARE_SIZE];
 } tables; /* constant once filled */
 
-/* Midpoints over the visible normals of w: half of the azimuths, since the other half mirrors them. Calls for each with
- * the light's and the half vector's cosines; 0 where the light is below the horizon. */
-struct visible { float cos_i, cos_h; };
+/* What the visible normals of w reflect: the light's and the half vector's cosines, with weights that sum to 1. Midpoints;
+ * half of the azimuths, since the other half mirrors them; heights crowd, by a cube, where the distribution's tail sends
+ * light to the horizon. */
+struct visible { float cos_i, cos_h, weight; };
 
 static void visible_directions(float alpha, float mu, struct visible out[static AZIMUTHS * HEIGHTS])
 {
     float3 w = {0, sqrtf(1 - mu * mu), mu}; /* azimuths run from x, so the halves mirror about the y axis */
     for (int i = 0; i < AZIMUTHS; i++)
         for (int j = 0; j < HEIGHTS; j++) {
-            float u[2] = {((float)i + 0.5f) / (2 * AZIMUTHS) - 0.25f, ((float)j + 0.5f) / HEIGHTS};
+            float v0 = (float)j / HEIGHTS, v1 = (float)(j + 1) / HEIGHTS, v = (v0 + v1) / 2;
+            float u[2] = {((float)i + 0.5f) / (2 * AZIMUTHS) - 0.25f, 1 - v * v * v};
             float3 h = visible_normal(alpha, w, u);
-            out[i * HEIGHTS + j] = (struct visible){reflect(w, h).z, dot(w, h)};
+            out[i * HEIGHTS + j] = (struct visible){reflect(w, h).z, dot(w, h),
+                                                    (v1 * v1 * v1 - v0 * v0 * v0) / AZIMUTHS};
         }
 }
 
 static float grid(int i, int size) { return clampf((float)i / (float)(size - 1), 1e-4f, 1); }
 
-static void fill_albedo(int x)
+/* Directional albedo: the mean of G2/G1 over the visible normals. */
+static float integrate_albedo(float alpha, float mu)
 {
     struct visible v[AZIMUTHS * HEIGHTS];
-    float alpha = sqr(grid(x, ALBEDO_SIZE)), alpha2 = alpha * alpha;
-    for (int y = 0; y < ALBEDO_SIZE; y++) {
-        float mu = grid(y, ALBEDO_SIZE), lambda_o = lambda(alpha2, mu), sum = 0;
-        if (x == 0) { /* a mirror */
-            tables.albedo[y][x] = 1;
-            continue;
-        }
-        visible_directions(alpha, mu, v);
-        for (int i = 0; i < AZIMUTHS * HEIGHTS; i++)
-            if (v[i].cos_i > 0)
-                sum += (1 + lambda_o) / (1 + lambda_o + lambda(alpha2, v[i].cos_i));
-        tables.albedo[y][x] = saturate(sum / (AZIMUTHS * HEIGHTS));
-    }
+    float alpha2 = alpha * alpha, lambda_o = lambda(alpha2, mu), sum = 0;
+    visible_directions(alpha, mu, v);
+    for (int i = 0; i < AZIMUTHS * HEIGHTS; i++)
+        if (v[i].cos_i > 0)
+            sum += v[i].weight * (1 + lambda_o) / (1 + lambda_o + lambda(alpha2, v[i].cos_i));
+    return saturate(sum);
 }
 
-/* 2 mu E(mu) over mu, by midpoints of their own: the grid above is too coarse near mu = 0. */
-static void fill_albedo_mean(int x)
+static void fill_albedo(int x)
 {
-    enum { STEPS = 32 };
-    struct visible v[AZIMUTHS * HEIGHTS];
-    float alpha = sqr(grid(x, ALBEDO_SIZE)), alpha2 = alpha * alpha, mean = 0;
-    if (x == 0) {
-        tables.albedo_mean[x] = 1;
-        return;
+    float alpha = sqr(grid(x, ALBEDO_SIZE)), mean = 0;
+    for (int y = 0; y < ALBEDO_SIZE; y++)
+        tables.albedo[y][x] = x == 0 ? 1 : integrate_albedo(alpha, grid(y, ALBEDO_SIZE)); /* column 0 is a mirror */
+    /* The mean by midpoints of its own: the grid is too coarse near mu = 0. */
+    for (int k = 0; k < MEAN_STEPS; k++) {
+        float mu = ((float)k + 0.5f) / MEAN_STEPS;
+        mean += 2 * mu * integrate_albedo(alpha, mu) / MEAN_STEPS;
     }
-    for (int k = 0; k < STEPS; k++) {
-        float mu = ((float)k + 0.5f) / STEPS, lambda_o = lambda(alpha2, mu), sum = 0;
-        visible_directions(alpha, mu, v);
-        for (int i = 0; i < AZIMUTHS * HEIGHTS; i++)
-            if (v[i].cos_i > 0)
-                sum += (1 + lambda_o) / (1 + lambda_o + lambda(alpha2, v[i].cos_i));
-        mean += 2 * mu * sum / (AZIMUTHS * HEIGHTS) / STEPS;
-    }
-    tables.albedo_mean[x] = saturate(mean);
+    tables.albedo_mean[x] = x == 0 ? 1 : saturate(mean);
 }
 
 static void fill_share(int x)
@@ -146,18 +135,16 @@ static void fill_share(int x)
             float eta = (1 + q * q) / (1 - q * q), sum = 0;
             for (int i = 0; i < AZIMUTHS * HEIGHTS; i++)
                 if (v[i].cos_i > 0)
-                    sum += fresnel_share(v[i].cos_h, eta);
-            tables.share[z][y][x] = saturate(sum / (AZIMUTHS * HEIGHTS));
+                    sum += v[i].weight * fresnel_share(v[i].cos_h, eta);
+            tables.share[z][y][x] = saturate(sum);
         }
     }
 }
 
 static void fill_tables(void)
 {
-    for (int x = 0; x < ALBEDO_SIZE; x++) {
+    for (int x = 0; x < ALBEDO_SIZE; x++)
         fill_albedo(x);
-        fill_albedo_mean(x);
-    }
     for (int x = 0; x < SHARE_SIZE; x++)
         fill_share(x);
 }

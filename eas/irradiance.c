@@ -74,3 +74,10 @@ float irradiance_reach(const struct irradiance *irradiance)
                        scale(irradiance->translation[2], .0722f));
     return luminance(irradiance->e) / fmaxf(length(slope), 1e-20f);
 }
+
+void irradiance_limit(struct irradiance *irradiance, float radius)
+{
+    float reach = irradiance_reach(irradiance);
+    for (int i = 0; i < 3 && reach < radius; i++)
+        irradiance->translation[i] = scale(irradiance->translation[i], reach / radius);
+}

@@ -6,6 +6,10 @@
 
 enum { MOST_TREES = 3, MOST_LOBES = 2 };
 #define NO_ROW UINT32_MAX
+/* Half-angle of the directions about the viewer's, rad. */
+#define VIEW_SPREAD .1f
+/* Beyond so many widths a GGX lobe doesn't decide about a group. */
+#define GGX_REACH 6.0f
 
 /* A node that is in the selection: its reference minus its own reflected luminance in each direction, and the sum of squares (epsilon_2). */
 struct candidate {
@@ -21,27 +25,57 @@ struct selection {
     struct mean_lobe lobes[MOST_LOBES][SELECT_DIRECTIONS];
     int lobe_count;
     float3 points[SELECT_DIRECTIONS];
+    /* The same in arrays for the quick test: points and mirror directions by component. */
+    float px[SELECT_DIRECTIONS], py[SELECT_DIRECTIONS], pz[SELECT_DIRECTIONS];
+    float mx[SELECT_DIRECTIONS], my[SELECT_DIRECTIONS], mz[SELECT_DIRECTIONS];
+    float reach; /* of the widest lobe, rad */
     uint32_t first_row[MOST_TREES]; /* of each tree's nodes in scratch->rows */
     uint32_t row_count;
     /* Over the selection: reference minus selected reflected luminance in each direction, and the reference's mean. */
     double difference[SELECT_DIRECTIONS], mean;
 };
 
-/* Reflection directions spread over the hemisphere, each at a point spread over the zone's disc: a 4-D R sequence (Roberts 2018). */
-static void queries(struct selection *s, const struct mean_brdf *tables, const struct lobe *lobes, float3 origin,
-                    struct frame frame, float radius)
+/* Reflection directions, every other one spread over the hemisphere, the rest about the viewer's, each at a point spread over
+ * the zone's disc: a 4-D R sequence (Roberts 2018). */
+static void queries(struct selection *s, const struct mean_brdf *tables, const struct lobe *lobes,
+                    const struct select_place *place)
 {
+    const float steps[4] = {.8566749f, .7338919f, .6287067f, .5385972f};
     for (int i = 0; i < s->options->directions; i++) {
         float u[4];
-        const float steps[4] = {.8566749f, .7338919f, .6287067f, .5385972f};
         for (int k = 0; k < 4; k++)
             u[k] = (float)fmod(.5 + (double)steps[k] * (i + 1), 1);
-        float z = 1 - u[0] * .97f, sine = sqrtf(1 - z * z), phi = 2 * PI * u[1];
+        /* z of a cap of directions: the hemisphere's but its rim, or VIEW_SPREAD about the viewer. */
+        float z = 1 - u[0] * (i & 1 ? .5f * sqr(VIEW_SPREAD) : .97f), sine = sqrtf(1 - z * z), phi = 2 * PI * u[1];
+        struct frame frame = i & 1 ? frame_about(place->wo) : place->frame;
         float3 wo = to_world(frame, vec3(sine * cosf(phi), sine * sinf(phi), z));
-        float r = radius * sqrtf(u[2]);
-        s->points[i] = add(origin, to_world(frame, vec3(r * cosf(2 * PI * u[3]), r * sinf(2 * PI * u[3]), 0)));
+        float r = place->radius * sqrtf(u[2]), x = r * cosf(2 * PI * u[3]), y = r * sinf(2 * PI * u[3]);
+        s->points[i] = add(place->origin, to_world(place->frame, vec3(x, y, 0)));
         for (int k = 0; k < s->lobe_count; k++)
-            s->lobes[k][i] = mean_lobe(tables, &lobes[k], frame.n, wo);
+            s->lobes[k][i] = mean_lobe(tables, &lobes[k], place->frame.n, wo);
+        float3 mirror = s->lobes[0][i].mirror;
+        s->px[i] = s->points[i].x, s->py[i] = s->points[i].y, s->pz[i] = s->points[i].z;
+        s->mx[i] = mirror.x, s->my[i] = mirror.y, s->mz[i] = mirror.z;
+    }
+    s->reach = 0;
+    for (int k = 0; k < s->lobe_count; k++)
+        s->reach = fmaxf(s->reach, fminf(s->lobes[k][0].reach, GGX_REACH * s->lobes[k][0].width));
+}
+
+/* Which directions an EAS can matter to: near[i] > 0. The chord between its axis and the mirror direction is compared with the
+ * cap's and the lobe's reach, generously. */
+static void near_queries(const struct selection *s, const struct eas *eas, float *near)
+{
+    float ex = eas->position.x, ey = eas->position.y, ez = eas->position.z;
+    float there = eas->infinite ? 0.0f : 1.0f, size = eas->infinite ? eas->area * (1 / PI) : 0, spread = eas->infinite ? 0 : eas->area;
+    float reach = s->reach;
+#pragma omp simd
+    for (int i = 0; i < s->options->directions; i++) {
+        float vx = ex - there * s->px[i], vy = ey - there * s->py[i], vz = ez - there * s->pz[i];
+        float inverse2 = 1 / fmaxf(vx * vx + vy * vy + vz * vz, 1e-12f), inverse = sqrtf(inverse2);
+        float cos_delta = (vx * s->mx[i] + vy * s->my[i] + vz * s->mz[i]) * inverse;
+        float most = sqrtf(size + spread * inverse2) * 1.1f + reach;
+        near[i] = most * most - (2 - 2 * cos_delta);
     }
 }
 
@@ -55,9 +89,13 @@ static const float *node_values(struct selection *s, uint32_t tree, uint32_t nod
     *row = s->row_count++;
     float *values = scratch->values + (size_t)*row * directions;
     const struct eas *eas = &s->trees[tree].nodes[node].eas;
+    float near[SELECT_DIRECTIONS];
+    memset(values, 0, directions * sizeof *values);
+    if (is_black(eas->radiance))
+        return values;
+    near_queries(s, eas, near);
     for (uint32_t i = 0; i < directions; i++) {
-        values[i] = 0;
-        if (is_black(eas->radiance))
+        if (near[i] <= 0)
             continue;
         struct cap cap = eas_translate(eas, s->points[i]);
         for (int k = 0; k < s->lobe_count && cap.omega > 0; k++)
@@ -144,13 +182,13 @@ static bool prepare(struct selection *s, int tree_count)
 }
 
 uint32_t select_eas(const struct sample_tree *trees, int count, const struct mean_brdf *tables, const struct lobe *lobes,
-                    int lobe_count, float3 origin, struct frame frame, float radius, float base,
-                    const struct select_options *options, struct select_scratch *scratch, struct eas *out)
+                    int lobe_count, const struct select_place *place, const struct select_options *options,
+                    struct select_scratch *scratch, struct eas *out)
 {
     struct selection s = {.trees = trees, .options = options, .scratch = scratch, .lobe_count = lobe_count};
     if (!prepare(&s, count))
         return UINT32_MAX;
-    queries(&s, tables, lobes, origin, frame, radius);
+    queries(&s, tables, lobes, place);
 
     struct candidate *chosen = scratch->chosen;
     uint32_t chosen_count = 0;
@@ -159,7 +197,7 @@ uint32_t select_eas(const struct sample_tree *trees, int count, const struct mea
             chosen[chosen_count] = (struct candidate){.tree = (uint32_t)t};
             include(&s, &chosen[chosen_count++]);
         }
-    while (chosen_count && grouping_error(&s) > options->tau * (base + s.mean)) {
+    while (chosen_count && grouping_error(&s) > options->tau * (place->base + s.mean)) {
         uint32_t worst = 0;
         for (uint32_t i = 1; i < chosen_count; i++)
             if (chosen[i].error > chosen[worst].error)

@@ -30,12 +30,20 @@ struct select_scratch {
     uint32_t chosen_capacity;
 };
 
-/* Chooses from `count` trees for a record at `origin` in `frame`, whose zone has `radius`, under `lobes`. `base`: luminance
- * that the record reflects besides (its diffuse part), which the error is relative to, too. Writes at most options->most EAS to
- * `out` and returns how many; none where all is black. UINT32_MAX: no memory. */
+/* Where a record stands. */
+struct select_place {
+    float3 origin;
+    struct frame frame; /* about its normal */
+    float3 wo;          /* to the viewer that asked for the record: half of the directions lie about it */
+    float radius;       /* of its zone, m */
+    float base;         /* luminance that it reflects besides (its diffuse part), which the error is relative to, too */
+};
+
+/* Chooses from `count` trees for a record under `lobes`. Writes at most options->most EAS to `out` and returns how many; none where all is
+ * black. UINT32_MAX: no memory. */
 uint32_t select_eas(const struct sample_tree *trees, int count, const struct mean_brdf *tables, const struct lobe *lobes,
-                    int lobe_count, float3 origin, struct frame frame, float radius, float base,
-                    const struct select_options *options, struct select_scratch *scratch, struct eas *out);
+                    int lobe_count, const struct select_place *place, const struct select_options *options,
+                    struct select_scratch *scratch, struct eas *out);
 
 void select_free(struct select_scratch *scratch);
 

@@ -32,6 +32,14 @@ static void append_path(const struct json_node *at, char *buffer, size_t bytes)
         append(buffer, bytes, "[%zu]", at->index);
 }
 
+/* An error is one line, whatever the document has in it. */
+static void blank_control_characters(char *text)
+{
+    for (; *text; text++)
+        if ((unsigned char)*text < ' ')
+            *text = ' ';
+}
+
 void json_fail(const struct json_node *at, const char *key, const char *format, ...)
 {
     struct json_file *file = at->file;
@@ -49,6 +57,7 @@ void json_fail(const struct json_node *at, const char *key, const char *format, 
     va_start(arguments, format);
     vsnprintf(file->error + used, SCENE_ERROR - used, format, arguments);
     va_end(arguments);
+    blank_control_characters(file->error);
 }
 
 /* What a value is, in a few words. */
@@ -88,6 +97,7 @@ struct json_node json_open(const char *path, struct json_file *file, char error[
     if (!file->root) {
         file->failed = true;
         snprintf(error, SCENE_ERROR, "%s:%d:%d: %s", path, where.line, where.column, where.text);
+        blank_control_characters(error);
     } else if (!json_is_object(file->root)) {
         fail_expected(&root, NULL, file->root, "an object");
     } else {

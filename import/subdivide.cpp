@@ -355,6 +355,12 @@ void spread_to_values(const Far::TopologyLevel &topology, subdivided &out, Mallo
     out.positions = allocate<float>(3 * size_t(out.vertex_count));
     if (normals)
         out.normals = allocate<float>(3 * size_t(out.vertex_count));
+    /* Loose vertices have a value that no face names. */
+    for (uint32_t i = 0; i < out.vertex_count; i++) {
+        std::memcpy(out.positions + 3 * size_t(i), positions.get(), 3 * sizeof(float));
+        if (normals)
+            std::memcpy(out.normals + 3 * size_t(i), normals.get(), 3 * sizeof(float));
+    }
     for (uint32_t face = 0; face < out.quad_count; face++) {
         Far::ConstIndexArray corners = topology.GetFaceVertices(int(face));
         Far::ConstIndexArray values = topology.GetFaceFVarValues(int(face));

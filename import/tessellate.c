@@ -237,7 +237,7 @@ bool tessellate(const struct scene_mesh *mesh, int level, struct triangles *out,
 {
     memset(out, 0, sizeof *out);
     bool ok;
-    if (mesh->subdivided) {
+    if (mesh->subdivided && mesh->face_count) {
         ok = tessellate_cage(mesh, level, out, error);
     } else {
         struct polygons polygons = {.face_count = mesh->face_count, .corner_count = mesh->corner_count, .size_max = 3,

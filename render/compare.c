@@ -52,7 +52,7 @@ static void mask_emitters(struct planes *planes, const struct image *image, cons
 {
     for (int y = 0; y < planes->height; ++y)
         for (int x = 0; x < planes->width; ++x) {
-            const float *pixel = image->pixels + ((size_t)y * (size_t)planes->width + (size_t)x) * (size_t)image->channel_count;
+            const float *pixel = image->pixels + ((long)y * planes->width + x) * image->channel_count;
             if (!(pixel[channels[0]] > 0 || pixel[channels[1]] > 0 || pixel[channels[2]] > 0)) continue;
             int x0 = x > COMPARE_MARGIN ? x - COMPARE_MARGIN : 0, x1 = x + COMPARE_MARGIN + 1;
             int y0 = y > COMPARE_MARGIN ? y - COMPARE_MARGIN : 0, y1 = y + COMPARE_MARGIN + 1;
@@ -94,9 +94,13 @@ static bool planes_open(const struct compare_input *input, struct planes *planes
     planes->keep = malloc((size_t)planes->pixel_count);
     if (!planes->keep) return fail(error, "out of memory");
     memset(planes->keep, 1, (size_t)planes->pixel_count);
-    int channels[3];
-    if (find_channels(input->reference, "Emission", channels)) mask_emitters(planes, input->reference, channels);
-    else if (find_channels(input->image, "Emission", channels)) mask_emitters(planes, input->image, channels);
+    const struct image *sources[] = {input->reference, input->image};
+    for (int i = 0; i < 2; ++i) {
+        int channels[3];
+        if (!find_channels(sources[i], "Emission", channels) && !find_channels(sources[i], "Emit", channels)) continue;
+        mask_emitters(planes, sources[i], channels);
+        break;
+    }
     return true;
 }
 
@@ -223,8 +227,8 @@ bool compare(const struct compare_input *input, struct compare_result *result, c
 }
 
 struct stop { float at, colour[3]; };
-static const struct stop stops[] = {{0, {0, 0, 0}},        {.02f, {0, 0, .4f}}, {.05f, {0, .2f, 1}}, {.1f, {0, .7f, .2f}},
-                                    {.2f, {1, 1, 0}},      {.5f, {.9f, 0, 0}},  {1, {1, 1, 1}}};
+static const struct stop stops[] = {{0, {0, 0, 0}},   {.02f, {0, 0, .4f}}, {.05f, {0, .2f, 1}}, {.1f, {0, .7f, .2f}},
+                                    {.2f, {1, 1, 0}}, {.5f, {.9f, 0, 0}},  {1, {1, 1, 1}}};
 
 static void false_colour(float x, float out[static 3])
 {
@@ -249,7 +253,8 @@ bool compare_picture(const struct compare_input *input, struct image *picture, c
         double difference = 0;
         for (int c = 0; c < 3; ++c) {
             double x = (double)value(&planes, IMAGE, i, c) + (double)value(&planes, IMAGE2, i, c);
-            difference += fabs(x - (double)value(&planes, REFERENCE, i, c) - (double)value(&planes, REFERENCE2, i, c)) / 6;
+            double r = (double)value(&planes, REFERENCE, i, c) + (double)value(&planes, REFERENCE2, i, c);
+            difference += fabs(x - r) / 6;
         }
         false_colour((float)(difference / mean_r), picture->pixels + 3 * i);
     }

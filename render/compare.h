@@ -34,9 +34,9 @@ struct compare_result {
 #define COMPARE_MARGIN 4
 #define COMPARE_BLOCK 8
 
-/* Emitters are where the AOV "Emission" of the reference is above 0, or else that of the picture; where neither has one,
- * nothing is masked. False and a sentence where sizes or channels do not fit, a pixel isn't finite, the reference is black or all
- * is masked. */
+/* Emitters are where the AOV "Emission" (Cycles: "Emit") of the reference is above 0, or else that of the picture; where
+ * neither has one, nothing is masked. False and a sentence where sizes or channels do not fit, a pixel isn't finite, the
+ * reference's mean is not above 0 or all is masked. */
 bool compare(const struct compare_input *input, struct compare_result *result, char error[static IMAGE_ERROR]);
 
 /* A false-colour picture of |x-r| / mean r, R, G, B averaged, the mean over all pixels, display-ready: 0 black, .02 dark

@@ -7,7 +7,7 @@
 
 #include "render/gather.h"
 
-enum { GATHER_RAYS = 1024, SEED_RECORD = 201, FIRST_ROUND = 64 };
+enum { GATHER_RAYS = 784, MOST_SPLIT = 4, SEED_RECORD = 201, FIRST_ROUND = 64 };
 
 /* Zones: half the distance to the nearest surface, at least and at most so many pixels in radius. */
 #define ZONE_SHARE .5f
@@ -15,6 +15,12 @@ enum { GATHER_RAYS = 1024, SEED_RECORD = 201, FIRST_ROUND = 64 };
 #define MOST_PIXELS 24.0f
 /* Look-ups reach 1.5 radii, so that zones overlap. */
 #define STRETCH 1.5f
+/* Glossy records send about FOCUS_RAYS more rays within so many lobe widths, and a margin in rad, of the mirror direction. */
+#define FOCUS_RAYS 512.0f
+#define FOCUS_WIDTHS 1.5f
+#define FOCUS_MARGIN .05f
+/* Lobes narrower than this, rad, are traced: n = 300. */
+#define LEAST_WIDTH .08f
 /* Each round looks at this share more pixels than all before. */
 #define ROUND_GROWTH .2f
 
@@ -38,13 +44,21 @@ struct scratch {
 
 static const struct select_options SELECT = SELECT_DEFAULTS;
 
+bool fill_keeps_eas(const struct brdf *brdf)
+{
+    for (int i = 0; i < brdf->lobe_count; i++)
+        if (lobe_width(&brdf->lobes[i]) < LEAST_WIDTH)
+            return false;
+    return brdf->lobe_count > 0;
+}
+
 static bool scratch_alloc(struct scratch *scratch, int samples)
 {
     *scratch = (struct scratch){0};
     struct gather_sample **arrays[] = {&scratch->all, &scratch->surface, &scratch->mirrored, &scratch->infinite};
     bool ok = true;
     for (int i = 0; i < 4; i++)
-        ok = (*arrays[i] = malloc((size_t)samples * 2 * sizeof **arrays[i])) && ok;
+        ok = (*arrays[i] = malloc((size_t)samples * MOST_SPLIT * MOST_SPLIT * 2 * sizeof **arrays[i])) && ok;
     return (scratch->eas = malloc((size_t)SELECT.most * sizeof *scratch->eas)) && ok;
 }
 
@@ -70,9 +84,11 @@ static void choose_eas(const struct fill *fill, struct draft *draft, struct fram
             draft->failed = true;
             return;
         }
-    float base = luminance(mul(draft->point.brdf.kd, draft->irradiance.e)) / PI;
-    uint32_t count = select_eas(scratch->trees, 3, fill->tables, draft->point.brdf.lobes, draft->point.brdf.lobe_count,
-                                draft->zone.p, frame, draft->zone.radius, base, &SELECT, &scratch->select, scratch->eas);
+    const struct brdf *brdf = &draft->point.brdf;
+    struct select_place place = {draft->zone.p, frame, draft->point.wo, draft->zone.radius,
+                                 luminance(mul(brdf->kd, draft->irradiance.e)) / PI};
+    uint32_t count = select_eas(scratch->trees, 3, fill->tables, brdf->lobes, brdf->lobe_count, &place, &SELECT,
+                                &scratch->select, scratch->eas);
     draft->failed = count == UINT32_MAX || (count && !(draft->eas = malloc(count * sizeof *draft->eas)));
     if (draft->failed)
         return;
@@ -81,7 +97,20 @@ static void choose_eas(const struct fill *fill, struct draft *draft, struct fram
         draft->eas[i] = scratch->eas[i];
 }
 
-/* Gathers a record at draft->point. */
+/* Into how many rays a side a stratum of the grid is split: more than one where the lobes, seen by the viewer, look. */
+static int strata_split(const struct draft *draft, struct gather_grid grid, float3 *mirror, float *cone)
+{
+    float width = 0;
+    for (int i = 0; draft->glossy && i < draft->point.brdf.lobe_count; i++)
+        width = fmaxf(width, lobe_width(&draft->point.brdf.lobes[i]));
+    *mirror = reflect(draft->point.wo, draft->point.n);
+    *cone = FOCUS_WIDTHS * width + FOCUS_MARGIN;
+    float strata = (1 - cosf(fminf(*cone, PI))) * (float)(grid.rows * grid.columns);
+    return width > 0 ? (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, MOST_SPLIT) : 1;
+}
+
+/* Gathers a record at draft->point: rays over the hemisphere, denser in the viewer's lobes (Gassenbauer et al. 2009 gather by the
+ * views that will ask). */
 static void make_record(const struct model *model, const struct fill *fill, struct draft *draft, float pixel, uint64_t seed,
                         uint64_t index, struct scratch *scratch)
 {
@@ -89,34 +118,48 @@ static void make_record(const struct model *model, const struct fill *fill, stru
     struct rng rng = rng_seed(seed, SEED_RECORD, index);
     struct gather_grid grid = gather_grid(GATHER_RAYS);
     struct frame frame = frame_about(point->n);
-    float omega = 2 * PI / (float)(grid.rows * grid.columns), nearest = INFINITY;
+    float nearest = INFINITY, cone;
+    float3 mirror;
+    int split = strata_split(draft, grid, &mirror, &cone);
     uint32_t counts[3] = {0};
     for (int i = 0; i < grid.rows * grid.columns; i++) {
-        float u = rng_float(&rng), v = rng_float(&rng);
-        float3 dir = to_world(frame, gather_direction(grid, i / grid.columns, i % grid.columns, u, v));
-        struct gathered light = {.distance = INFINITY};
-        if (dot(dir, point->ng) > 0)
-            light = gather(model, &fill->bounced, (struct ray){point->origin, dir}, &rng, NULL);
-        nearest = fminf(nearest, light.distance);
-        struct gather_sample s = {dir, light.distance, light.normal, light.surface, omega};
-        if (isinf(s.distance))
-            scratch->infinite[counts[2]++] = s;
-        else
-            scratch->surface[counts[0]++] = s;
-        if (!is_black(light.mirrored)) {
-            struct gather_sample m = {dir, light.mirrored_distance, scale(dir, -1), light.mirrored, omega};
+        int row = i / grid.columns, column = i % grid.columns;
+        float3 middle = to_world(frame, gather_direction(grid, row, column, .5f, .5f));
+        int side = dot(middle, mirror) > cosf(cone) ? split : 1;
+        float omega = 2 * PI / (float)(grid.rows * grid.columns);
+        struct gather_sample whole = {middle, INFINITY, middle, vec3(0, 0, 0), omega};
+        for (int k = 0; k < side * side; k++) {
+            float u = ((float)(k / side) + rng_float(&rng)) / (float)side, v = ((float)(k % side) + rng_float(&rng)) / (float)side;
+            float3 dir = to_world(frame, gather_direction(grid, row, column, u, v));
+            struct gathered light = {.distance = INFINITY};
+            if (dot(dir, point->ng) > 0)
+                light = gather(model, &fill->bounced, (struct ray){point->origin, dir}, &rng, NULL);
+            whole.distance = fminf(whole.distance, light.distance);
+            whole.radiance = mad(whole.radiance, add(light.surface, light.mirrored), 1 / (float)(side * side));
+            whole.dir = side == 1 ? dir : middle;
+            if (!draft->glossy)
+                continue;
+            struct gather_sample s = {dir, light.distance, light.normal, light.surface, omega / (float)(side * side)};
+            if (isinf(s.distance))
+                scratch->infinite[counts[2]++] = s;
+            else
+                scratch->surface[counts[0]++] = s;
+            if (is_black(light.mirrored))
+                continue;
+            struct gather_sample m = {dir, light.mirrored_distance, scale(dir, -1), light.mirrored, s.omega};
             if (isinf(m.distance))
                 scratch->infinite[counts[2]++] = m;
             else
                 scratch->mirrored[counts[1]++] = m;
         }
-        s.radiance = add(s.radiance, light.mirrored);
-        scratch->all[i] = s;
+        nearest = fminf(nearest, whole.distance);
+        scratch->all[i] = whole;
     }
     draft->irradiance = irradiance_of(scratch->all, grid, frame);
     draft->least = LEAST_PIXELS * pixel;
     float radius = fminf(ZONE_SHARE * nearest, irradiance_reach(&draft->irradiance));
     draft->zone = (struct zone){point->p, point->n, clampf(radius, draft->least, MOST_PIXELS * pixel)};
+    irradiance_limit(&draft->irradiance, draft->zone.radius * STRETCH);
     if (draft->glossy)
         choose_eas(fill, draft, frame, counts, scratch);
 }
@@ -157,7 +200,7 @@ static void look(const struct model *model, const struct fill *fill, bool eas, u
     if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit))
         return;
     shade_point(model, ray, &hit, &draft->point);
-    draft->glossy = eas && draft->point.brdf.lobe_count > 0;
+    draft->glossy = eas && fill_keeps_eas(&draft->point.brdf);
     if (!draft->glossy && is_black(draft->point.brdf.kd))
         return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;

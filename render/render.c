@@ -8,7 +8,7 @@
 #include "render/gather.h"
 #include "render/path.h"
 
-enum { SEED_PATH = 301, SEED_CACHE, MOST_GROUPS = 16, PATH_SPP = 64, CACHE_SPP = 16 };
+enum { SEED_PATH = 301, SEED_CACHE, MOST_GROUPS = 16, HIGHLIGHT_CELLS = 128, PATH_SPP = 64, CACHE_SPP = 16 };
 
 /* Samples of a pixel that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
@@ -19,6 +19,14 @@ struct frame_job {
     const struct fill *fill; /* NULL for path */
     int spp;
 };
+
+static float fraction(float x) { return x - floorf(x); }
+
+/* Whether the point's lobes are taken from EAS; if not, they are traced. */
+static bool caches_lobes(const struct frame_job *job, const struct point *point)
+{
+    return job->options->method == RENDER_EAS && fill_keeps_eas(&point->brdf);
+}
 
 static void add_surface(struct pixel *pixel, const struct point *point, float t)
 {
@@ -68,24 +76,39 @@ static void path_pixel(const struct frame_job *job, int x, int y, struct pixel *
 struct group {
     struct point point; /* the first; p, n, wo and kd become means */
     float count;
+    float lit, asked;   /* luminance of lamps' light in the lobes that came through, and of all of it */
 };
 
-static void group_add(struct group groups[MOST_GROUPS], int *group_count, const struct point *point)
+/* The group that the point joins. */
+static struct group *group_of(struct group groups[MOST_GROUPS], int *group_count, const struct point *point)
 {
     for (int i = 0; i < *group_count; i++) {
         struct group *g = &groups[i];
-        if (g->point.object != point->object || g->point.material != point->material)
-            continue;
-        if (dot(g->point.n, point->n) < GROUP_COSINE * g->count)
+        bool alike = g->point.object == point->object && g->point.material == point->material &&
+                     dot(g->point.n, point->n) >= GROUP_COSINE * g->count;
+        if (!alike && i < MOST_GROUPS - 1)
             continue;
         g->point.p = add(g->point.p, point->p);
         g->point.n = add(g->point.n, point->n);
         g->point.wo = add(g->point.wo, point->wo);
         g->point.brdf.kd = add(g->point.brdf.kd, point->brdf.kd);
         g->count += 1;
-        return;
+        return g;
     }
-    groups[(*group_count)++] = (struct group){*point, 1};
+    struct group *g = &groups[(*group_count)++];
+    *g = (struct group){.point = *point, .count = 1};
+    return g;
+}
+
+static struct point group_mean(const struct group *group)
+{
+    struct point point = group->point;
+    float share = 1 / group->count;
+    point.p = scale(point.p, share);
+    point.n = normalize(point.n);
+    point.wo = normalize(point.wo);
+    point.brdf.kd = scale(point.brdf.kd, share);
+    return point;
 }
 
 /* A colour of its own for each record, for the AOV that shows the zones. */
@@ -123,13 +146,8 @@ static rgb traced_indirect(const struct frame_job *job, const struct point *poin
 /* Bounced light at the mean of a group, from the cache. */
 static void look_up(const struct frame_job *job, const struct group *group, struct pixel *pixel, struct rng *rng)
 {
-    struct point point = group->point;
-    float share = 1 / group->count;
-    point.p = scale(point.p, share);
-    point.n = normalize(point.n);
-    point.wo = normalize(point.wo);
-    point.brdf.kd = scale(point.brdf.kd, share);
-    bool eas = job->options->method == RENDER_EAS && point.brdf.lobe_count > 0;
+    struct point point = group_mean(group);
+    bool eas = caches_lobes(job, &point);
     if (!eas && is_black(point.brdf.kd))
         return;
     const struct record_cache *cache = eas ? &job->fill->glossy : &job->fill->diffuse;
@@ -137,7 +155,7 @@ static void look_up(const struct frame_job *job, const struct group *group, stru
     int count = cache_find(&cache->zones, point.p, point.n, matches), best = 0;
     if (!count) {
         if (!eas)
-            point.brdf.lobe_count = 0; /* the hybrid method traces them anyway */
+            point.brdf.lobe_count = 0; /* traced already */
         int rays = (int)group->count;
         for (int i = 0; i < rays; i++)
             pixel->indirect = add(pixel->indirect, traced_indirect(job, &point, rng));
@@ -163,41 +181,61 @@ static void look_up(const struct frame_job *job, const struct group *group, stru
     pixel->records = mad(pixel->records, record_colour(matches[best].record), group->count * matches[best].weight);
 }
 
-/* Lamps at a camera ray's hit: one stratum of the lamps a sample; glossy lobes are averaged over the solid angle that the stratum
- * stands for, so that highlights don't sparkle. */
-static rgb direct(const struct frame_job *job, const struct point *point, const float u[static 3])
+/* Light of a lamp sample that the cached lobes reflect, shadows apart: each lobe averaged over the solid angle that one of `count`
+ * samples stands for, so that highlights don't sparkle. */
+static rgb lamp_in_lobes(const struct frame_job *job, const struct point *point, const struct light_sample *light, int count)
+{
+    rgb f_cos = {0};
+    float omega = light->pdf > 0 ? fminf(1 / (light->pdf * (float)count), 2 * PI) : 0, cosine = dot(light->wi, point->n);
+    for (int i = 0; i < point->brdf.lobe_count; i++) {
+        const struct lobe *lobe = &point->brdf.lobes[i];
+        if (omega > 1e-6f) {
+            struct mean_lobe mean = mean_lobe(job->fill->tables, lobe, point->n, point->wo);
+            f_cos = mad(f_cos, mean_lobe_cap(&mean, (struct cap){light->wi, omega}), 1 / omega);
+        } else if (cosine > 0) {
+            f_cos = mad(f_cos, lobe_eval(lobe, point->n, point->wo, light->wi), cosine);
+        }
+    }
+    return mul(light->weight, f_cos);
+}
+
+/* Lamps at a camera ray's hit whose lobes are cached: the diffuse part's light is returned; of the lobes' light only the share that comes
+ * through is noted, highlight() has the rest. */
+static rgb direct_with_share(const struct frame_job *job, const struct point *point, const float u[static 3], struct group *group)
 {
     struct light_sample light;
-    if (job->options->method == RENDER_HYBRID) {
-        rgb diffuse, specular;
-        float distance;
-        if (!gather_direct(job->model, point, u, &diffuse, &specular, &distance))
-            return vec3(0, 0, 0);
-        return add(diffuse, specular);
-    }
     if (!lights_sample(job->model->lights, point->origin, point->n, u, &light))
         return vec3(0, 0, 0);
     float cosine = dot(light.wi, point->n);
-    if (cosine <= 0 || dot(light.wi, point->ng) <= 0)
+    rgb diffuse = scale(mul(light.weight, point->brdf.kd), fmaxf(cosine, 0) / PI);
+    float specular = luminance(lamp_in_lobes(job, point, &light, job->spp));
+    if (is_black(diffuse) && specular <= 0)
         return vec3(0, 0, 0);
-    rgb f_cos = scale(point->brdf.kd, cosine / PI);
-    for (int i = 0; i < point->brdf.lobe_count; i++) {
-        const struct lobe *lobe = &point->brdf.lobes[i];
-        float omega = light.pdf > 0 ? fminf(1 / (light.pdf * (float)job->spp), 2 * PI) : 0;
-        if (omega < 1e-6f) {
-            f_cos = mad(f_cos, lobe_eval(lobe, point->n, point->wo, light.wi), cosine);
-            continue;
-        }
-        struct mean_lobe mean = mean_lobe(job->fill->tables, lobe, point->n, point->wo);
-        f_cos = mad(f_cos, mean_lobe_cap(&mean, (struct cap){light.wi, omega}), 1 / omega);
-    }
-    rgb radiance = mul(light.weight, f_cos);
-    if (is_black(radiance) || trace_occluded(job->model->trace, point->origin, light.wi, light.distance))
-        return vec3(0, 0, 0);
-    return radiance;
+    bool lit = cosine > 0 && dot(light.wi, point->ng) > 0 &&
+               !trace_occluded(job->model->trace, point->origin, light.wi, light.distance);
+    group->asked += specular;
+    group->lit += lit ? specular : 0;
+    return lit ? diffuse : vec3(0, 0, 0);
 }
 
-/* A point of the hybrid method traces its lobes; lamps that such rays meet are direct light. */
+/* Lamps in the lobes of a group: HIGHLIGHT_CELLS fixed cells of the lamps, unshadowed, times the share that the group's shadow rays found. */
+static rgb highlight(const struct frame_job *job, const struct group *group)
+{
+    rgb sum = {0};
+    if (!(group->lit > 0))
+        return sum;
+    struct point point = group_mean(group);
+    for (int i = 0; i < HIGHLIGHT_CELLS; i++) {
+        float u[3] = {fraction(.5f + .8191725f * (float)i), fraction(.5f + .6710436f * (float)i), fraction(.5f + .5497005f * (float)i)};
+        struct light_sample light;
+        if (lights_sample(job->model->lights, point.origin, point.n, u, &light))
+            sum = add(sum, lamp_in_lobes(job, &point, &light, HIGHLIGHT_CELLS));
+    }
+    return scale(sum, group->lit / group->asked / HIGHLIGHT_CELLS);
+}
+
+/* Light of the lobes by one traced ray each. What lamps send directly, with the MIS weight against gather_direct, is told apart
+ * by its own ray's first hit: it is part of `indirect` here, of Combined all the same. */
 static rgb traced_specular(const struct frame_job *job, const struct point *point, struct rng *rng)
 {
     rgb sum = {0};
@@ -213,7 +251,14 @@ static rgb traced_specular(const struct frame_job *job, const struct point *poin
     return sum;
 }
 
-static float fraction(float x) { return x - floorf(x); }
+static rgb direct_with_mis(const struct frame_job *job, const struct point *point, const float u[static 3])
+{
+    rgb diffuse, specular;
+    float distance;
+    if (!gather_direct(job->model, point, u, &diffuse, &specular, &distance))
+        return vec3(0, 0, 0);
+    return add(diffuse, specular);
+}
 
 static void cache_pixel(const struct frame_job *job, int x, int y, struct pixel *pixel)
 {
@@ -233,16 +278,18 @@ static void cache_pixel(const struct frame_job *job, int x, int y, struct pixel 
         struct point point;
         if (!camera_sample(job, x, y, (float2){u[0], u[1]}, pixel, &point))
             continue;
-        pixel->direct = add(pixel->direct, direct(job, &point, u + 2));
-        if (job->options->method == RENDER_HYBRID)
+        struct group *group = group_of(groups, &group_count, &point);
+        if (caches_lobes(job, &point)) {
+            pixel->direct = add(pixel->direct, direct_with_share(job, &point, u + 2, group));
+        } else {
+            pixel->direct = add(pixel->direct, direct_with_mis(job, &point, u + 2));
             pixel->indirect = add(pixel->indirect, traced_specular(job, &point, &rng));
-        if (group_count < MOST_GROUPS)
-            group_add(groups, &group_count, &point);
-        else
-            pixel->indirect = add(pixel->indirect, traced_indirect(job, &point, &rng));
+        }
     }
-    for (int i = 0; i < group_count; i++)
+    for (int i = 0; i < group_count; i++) {
         look_up(job, &groups[i], pixel, &rng);
+        pixel->direct = mad(pixel->direct, highlight(job, &groups[i]), groups[i].count);
+    }
 }
 
 static void render_pixels(const struct frame_job *job, struct progress *progress, struct film *film)

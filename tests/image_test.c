@@ -12,18 +12,20 @@
 
 #include "render/image.h"
 
-static char folder[] = "/tmp/burnish-image-XXXXXX";
+static char folder[128];
 static char error[IMAGE_ERROR];
 
 static int set_up(void **state)
 {
     (void)state;
+    const char *parent = getenv("TMPDIR");
+    snprintf(folder, sizeof folder, "%.80s/burnish-image-XXXXXX", parent ? parent : P_tmpdir);
     return mkdtemp(folder) ? 0 : -1;
 }
 
 static const char *in_folder(const char *name)
 {
-    static char path[2][256];
+    static char path[2][192];
     static int turn;
     turn = !turn;
     snprintf(path[turn], sizeof path[turn], "%s/%s", folder, name);

@@ -204,6 +204,8 @@ static void names_faults_of_the_document(void **state)
         {"\"version\": 1", "\"version\": 2", "version: found 2, expected at most 1: the scene is newer"},
         {"\"version\": 1", "\"version\": 0", "version: found 0"},
         {"\"version\": 1", "\"version\": \"1\"", "version: found \"1\""},
+        {"\"metre\"", "\"a\\nb\"", "units: found \"a b\", expected"},
+        {"\"up\": \"z\",", "\"up\": \"\n", "scene.json:4:"},
         {"\"metre\"", "\"foot\"", "units: found \"foot\", expected \"metre\""},
         {"\"z\"", "\"y\"", "up: found \"y\""},
         {"\"linear-rec709\"", "\"aces\"", "colour_space: found \"aces\""},

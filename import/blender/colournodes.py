@@ -21,15 +21,28 @@ def overlay(a, b):
     return np.where(a < 0.5, 2 * a * b, 1 - 2 * (1 - a) * (1 - b))
 
 
-# The colour of the second input at full factor; the node goes from the first input to it.
+def lerp(blended):
+    return lambda a, b, t: a * (1 - t) + blended(a, b) * t
+
+
+def dodge(a, b, t):
+    rest = 1 - t * b
+    return np.where(a == 0, 0, np.where(rest <= 0, 1, np.minimum(1, divide(a, rest))))
+
+
+def burn(a, b, t):
+    rest = 1 - t + t * b
+    return np.where(rest <= 0, 0, (1 - divide(1 - a, rest)).clip(0, 1))
+
+
+# Result of the inputs a, b and the factor t.
 BLENDS = {
-    "MIX": lambda a, b: b, "ADD": lambda a, b: a + b, "SUBTRACT": lambda a, b: a - b, "MULTIPLY": lambda a, b: a * b,
-    "SCREEN": lambda a, b: 1 - (1 - a) * (1 - b), "DIVIDE": divide, "DIFFERENCE": lambda a, b: abs(a - b),
-    "EXCLUSION": lambda a, b: a + b - 2 * a * b, "OVERLAY": overlay,
-    "DARKEN": np.minimum, "LIGHTEN": np.maximum, "LINEAR_LIGHT": lambda a, b: a + 2 * b - 1,
-    "SOFT_LIGHT": lambda a, b: (1 - a) * a * b + a * (1 - (1 - a) * (1 - b)),
-    "DODGE": lambda a, b: np.where(a == 0, 0, np.where(b >= 1, 1, np.minimum(1, divide(a, 1 - b)))),
-    "BURN": lambda a, b: np.where(b == 0, np.where(a >= 1, 1, 0), (1 - divide(1 - a, b)).clip(0, 1)),
+    "MIX": lerp(lambda a, b: b), "ADD": lerp(lambda a, b: a + b), "SUBTRACT": lerp(lambda a, b: a - b),
+    "MULTIPLY": lerp(lambda a, b: a * b), "SCREEN": lerp(lambda a, b: 1 - (1 - a) * (1 - b)),
+    "DIVIDE": lambda a, b, t: np.where(b == 0, a, lerp(divide)(a, b, t)), "DIFFERENCE": lerp(lambda a, b: abs(a - b)),
+    "EXCLUSION": lambda a, b, t: lerp(lambda a, b: a + b - 2 * a * b)(a, b, t).clip(0), "OVERLAY": lerp(overlay),
+    "DARKEN": lerp(np.minimum), "LIGHTEN": lerp(np.maximum), "LINEAR_LIGHT": lerp(lambda a, b: a + 2 * b - 1),
+    "SOFT_LIGHT": lerp(lambda a, b: (1 - a) * a * b + a * (1 - (1 - a) * (1 - b))), "DODGE": dodge, "BURN": burn,
 }
 MATH = {
     "ADD": lambda a, b, c: a + b, "SUBTRACT": lambda a, b, c: a - b, "MULTIPLY": lambda a, b, c: a * b,
@@ -57,7 +70,7 @@ def mix(inputs, ref, node):
 
     def function(factor, a, b):
         factor = factor.clip(0, 1) if clamp_factor else factor
-        result = a * (1 - factor) + blended(a, b) * factor
+        result = blended(a, b, factor)
         return result.clip(0, 1) if clamp else result
     factor, a, b = (ref.input(name) for name in names)
     factor = inputs.value(factor)

@@ -8,6 +8,7 @@ REF.exr holds Blender's channels ViewLayer.Combined.R ... (linear, 32 bits), Vie
 ViewLayer.Normal and ViewLayer.Depth; with --half 16 bits and the first two alone, for references that are stored. Two
 seeds give independent halves. What was changed in the file's settings is printed. The times are those of the render
 call: synchronisation, BVH, OSL's just-in-time compiler and denoising in; Python's start, reading and writing files out.
+Exit status: 0, 2 for wrong usage, 3 for an input that cannot be read or an output that cannot be written.
 """
 import argparse
 import contextlib
@@ -29,7 +30,8 @@ if __name__ == "cycles":
 
 
 def fail(sentence):
-    sys.exit(f"cycles.py: {sentence}")
+    print(f"cycles.py: {sentence}", file=sys.stderr)
+    sys.exit(3)
 
 
 def parse_options():
@@ -102,7 +104,7 @@ def open_scene(bpy, path):
     try:
         bpy.ops.wm.open_mainfile(filepath=os.path.abspath(path), load_ui=False, use_scripts=False)
     except RuntimeError as error:
-        fail(f"{path}: Blender cannot read it ({str(error).strip()})")
+        fail(f"{path}: cannot be read as a Blender file: {str(error).strip().splitlines()[-1].removeprefix('Error: ')}")
     scene = bpy.context.scene
     if scene.camera is None:
         fail(f"{path}: the scene {scene.name!r} has no camera")

@@ -333,6 +333,8 @@ class Converter:
                 entry[name] = value
             elif not value.constant:
                 stem = f"{self.material.original.name}-{name}"
+                if value.image is None:
+                    value = Value(value.data.clip(0, LIMITS.get(name, (0, 1))[1]), value.placement)
                 entry[name] = {"texture": textures.export_texture(self.materials.scene_file, value,
                                                                   self.materials.images, stem)}
             else:

@@ -16,15 +16,15 @@ import cycles.osl  # Blender's add-on, there once bpy is
 
 SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "phong.osl")
 
+# Blender compiles scripts with its own package oslquery, which the bpy wheel keeps off the path.
+BUNDLED = os.path.join(bpy.utils.resource_path("LOCAL"), "python", "lib",
+                       f"python{sys.version_info.major}.{sys.version_info.minor}", "site-packages")
+if BUNDLED not in sys.path:
+    sys.path.append(BUNDLED)
+
 
 def node(tree):
     """A new Script node in a shader node tree: inputs Kd, Ks and Exponent, output BSDF."""
-    # Blender compiles the script with its own module oslquery, which the bpy wheel keeps off the path.
-    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
-    bundled = os.path.join(bpy.utils.resource_path("LOCAL"), "python", "lib", version, "site-packages")
-    if os.path.isdir(bundled) and bundled not in sys.path:
-        sys.path.append(bundled)
-
     text = bpy.data.texts.get("phong.osl")
     if text is None:
         text = bpy.data.texts.new("phong.osl")

@@ -65,8 +65,8 @@ def srgb_to_linear(colour):
     return np.where(colour <= 0.04045, colour / 12.92, ((np.maximum(colour, 0) + 0.055) / 1.055) ** 2.4)
 
 
-def pixels(image):
-    """Linear RGBA of a picture (h, w, 4), bottom row first."""
+def raw_pixels(image):
+    """RGBA of a picture (h, w, 4), bottom row first, in the colour space that Blender keeps it in."""
     width, height = image.size
     channels = image.channels
     data = np.empty(width * height * channels, np.float32)
@@ -76,7 +76,13 @@ def pixels(image):
         data = np.concatenate([data[..., :1]] * 3 + [data[..., 1:]], axis=2)
     if data.shape[2] == 3:
         data = np.concatenate([data, np.ones_like(data[..., :1])], axis=2)
-    if not image.is_float and colour_space(image) == "srgb":
+    return data
+
+
+def pixels(image):
+    """Linear RGBA of a picture, as raw_pixels."""
+    data = raw_pixels(image)
+    if not is_linear_in_memory(image) and colour_space(image) == "srgb":
         data[..., :3] = srgb_to_linear(data[..., :3])
     return data
 
@@ -87,6 +93,11 @@ def colour_space(image):
     if settings.is_data:
         return "data"
     return {"sRGB": "srgb", "Linear Rec.709": "linear", "Linear": "linear"}.get(settings.name)
+
+
+def is_linear_in_memory(image):
+    """Blender makes float pictures linear on loading; generated ones it keeps in their own colour space."""
+    return image.is_float and image.source != "GENERATED"
 
 
 def is_missing(image):
@@ -115,8 +126,8 @@ def export_image(scene_file, image, exported):
     else:
         path, file = scene_file.texture_path(file_stem(image) + (".exr" if image.is_float else ".png"))
         save(image, path)
-        if image.is_float:
-            space = "data" if space == "data" else "linear"  # Blender has made it so on loading
+        if is_linear_in_memory(image) and space != "data":
+            space = "linear"
     exported[key] = scene_file.add("images", {"file": file, "colour_space": space})
     return exported[key]
 
@@ -140,11 +151,15 @@ def file_stem(image):
 
 
 def save(image, path):
-    """Writes an image that is in memory alone, by a copy: the user's data block stays as it is."""
-    copy = image.copy()
-    copy.file_format = "OPEN_EXR" if path.endswith(".exr") else "PNG"
-    copy.save(filepath=path, save_copy=True)
-    bpy.data.images.remove(copy)
+    """Writes an image that is in memory alone, in its own colour space. A copy of the data block would lose what was
+    painted on it; Image.save would encode linear floats as sRGB in an EXR."""
+    if image.is_float:
+        save_pixels(raw_pixels(image)[..., :3], path)
+        return
+    kept = image.file_format
+    image.file_format = "PNG"
+    image.save(filepath=path, save_copy=True)
+    image.file_format = kept
 
 
 def save_pixels(data, path):

@@ -9,6 +9,8 @@ import math
 import bpy
 import numpy
 
+import geometry
+
 MAX_FACES = 1_000_000  # of one mesh after Subsurf
 EDGE_PIXELS = 1        # length of an edge that Subsurf levels are raised to
 
@@ -29,7 +31,6 @@ SCENE = {
     "render.use_simplify": False, "render.film_transparent": False, "render.use_border": False,
     "render.use_multiview": False, "render.use_freestyle": False, "render.use_persistent_data": False,
     "render.use_compositing": False, "render.use_sequencer": False,
-    "render.pixel_aspect_x": 1, "render.pixel_aspect_y": 1,
 }
 OBJECT = {
     "shadow_terminator_geometry_offset": 0, "shadow_terminator_shading_offset": 0, "cycles.is_caustics_caster": False,
@@ -97,7 +98,8 @@ def subsurf(scene, changes):
 
     frame = scene.camera.data.view_frame(scene=scene)
     width = max(corner.x for corner in frame) - min(corner.x for corner in frame)
-    pixels = scene.render.resolution_x * scene.render.resolution_percentage / 100 * -frame[0].z / width
+    orthographic = scene.camera.data.type == "ORTHO"
+    pixels = scene.render.resolution_x * scene.render.resolution_percentage / 100 / width  # of a metre in the frame
     to_camera = scene.camera.evaluated_get(depsgraph).matrix_world.inverted()
 
     length, corners = collections.Counter(), {}
@@ -105,7 +107,11 @@ def subsurf(scene, changes):
         name = instance.object.original.name
         if name in found and instance.object.type == "MESH":
             mesh = instance.object.data
-            length[name] = max(length[name], pixels * _longest_edge(mesh, to_camera @ instance.matrix_world))
+            edges = _edges(mesh, to_camera @ instance.matrix_world)
+            edge = numpy.linalg.norm(edges[:, 0] - edges[:, 1], axis=1)
+            if not orthographic:
+                edge *= -frame[0].z / numpy.linalg.norm(edges, axis=2).min(axis=1)
+            length[name] = max(length[name], pixels * float(edge.max(initial=0)))
             corners[name] = len(mesh.loops)
 
     for name, modifier in found.items():
@@ -123,24 +129,20 @@ def subsurf(scene, changes):
 
 
 def _last_subsurf(thing):
-    """The Catmull-Clark Subsurf at the end of an object's stack (Smooth by Angle behind it does not count), or None."""
+    """The Catmull-Clark Subsurf that the exporter takes for the end of an object's stack, or None."""
     stack = [modifier for modifier in thing.modifiers if modifier.show_render]
-    while stack and stack[-1].type == "NODES" and stack[-1].node_group \
-            and stack[-1].node_group.name.startswith("Smooth by Angle"):
+    while stack and geometry.changes_normals_only(stack[-1]):
         stack.pop()
-    if stack and stack[-1].type == "SUBSURF" and stack[-1].subdivision_type == "CATMULL_CLARK":
+    if stack and stack[-1].type == "SUBSURF" and stack[-1].subdivision_type == "CATMULL_CLARK" \
+            and stack[-1].render_levels > 0:
         return stack[-1]
     return None
 
 
-def _longest_edge(mesh, to_camera):
-    """Length over distance of the longest edge in front of the camera, foreshortening left out."""
-    positions = numpy.empty(3 * len(mesh.vertices), dtype=numpy.float32)
-    mesh.vertices.foreach_get("co", positions)
-    edges = numpy.empty(2 * len(mesh.edges), dtype=numpy.int32)
-    mesh.edges.foreach_get("vertices", edges)
+def _edges(mesh, to_camera):
+    """The ends of the edges in front of the camera, in its coordinates: (edges, 2, 3)."""
     matrix = numpy.array(to_camera)
-    ends = (positions.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3])[edges].reshape(-1, 2, 3)
-    ends = ends[(ends[:, :, 2] < 0).all(axis=1)]
-    distance = numpy.linalg.norm(ends, axis=2).min(axis=1)
-    return float((numpy.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) / distance).max(initial=0))
+    positions = geometry.read(mesh.vertices, "co", numpy.float32, 3).reshape(-1, 3)
+    ends = geometry.read(mesh.edges, "vertices", numpy.int32, 2).reshape(-1, 2)
+    edges = (positions @ matrix[:3, :3].T + matrix[:3, 3])[ends]
+    return edges[(edges[:, :, 2] < 0).all(axis=1)]

@@ -37,7 +37,8 @@ def export(scene_file, world, images):
     simplified = []
     value, strength = radiance(nodes.Ref(output.inputs["Surface"]), Inputs(lambda *what: simplified.append(what)))
     # A panorama sees what camera rays see: of no use where the nodes tell those from others.
-    if simplified and not any(node.bl_idname == "ShaderNodeLightPath" for node in world.node_tree.nodes):
+    if (simplified and not any("is missing" in what[0] for what in simplified)
+            and not any(node.bl_idname == "ShaderNodeLightPath" for node in world.node_tree.nodes)):
         note("the world's nodes are rendered to a picture of {} x {} pixels".format(*RENDERED_SIZE))
         path, file = scene_file.texture_path("world.exr")
         render(world, path)
@@ -93,6 +94,7 @@ def render(world, path):
         camera.rotation_euler = (math.pi / 2, 0, -math.pi / 2)  # its middle looks along +x
         scene.collection.objects.link(camera)
         scene.camera, scene.world = camera, world
+        world.cycles.sampling_method = "NONE"  # nothing is lit: no map to build
         scene.render.engine = "CYCLES"
         scene.render.resolution_x, scene.render.resolution_y = RENDERED_SIZE
         scene.render.resolution_percentage = 100

@@ -58,6 +58,28 @@ def matrix(numbers):
     return np.vstack([np.reshape(numbers, (3, 4)), [0, 0, 0, 1]])
 
 
+def read_picture(scene, image):
+    """Linear RGB of a picture of a scene (height, width, 3), bottom row first."""
+    loaded = bpy.data.images.load(os.path.join(scene.folder, image["file"]))
+    data = np.empty(len(loaded.pixels), np.float32)
+    loaded.pixels.foreach_get(data)
+    data = data.reshape(loaded.size[1], loaded.size[0], -1)[..., :3]
+    bpy.data.images.remove(loaded)
+    if image["colour_space"] == "srgb":
+        data = np.where(data <= 0.04045, data / 12.92, ((data + 0.055) / 1.055) ** 2.4)
+    return data
+
+
+def bilinear(picture, u, v):
+    """A picture that repeats, looked up between its pixels' centres."""
+    height, width = picture.shape[:2]
+    x, y = u * width - 0.5, v * height - 0.5
+    x0, y0 = int(np.floor(x)), int(np.floor(y))
+    rows = [picture[(y0 + j) % height, (x0 + i) % width] * abs(1 - i - (x - x0)) * abs(1 - j - (y - y0))
+            for i in (0, 1) for j in (0, 1)]
+    return sum(rows)
+
+
 def new_object(name, data, location=(0, 0, 0), rotation=(0, 0, 0), scale=(1, 1, 1)):
     obj = bpy.data.objects.new(name, data)
     obj.location, obj.rotation_euler, obj.scale = location, rotation, scale
@@ -134,18 +156,20 @@ def export(tmp_path):
 @pytest.fixture
 def cycles(tmp_path):
     """Function that renders the open scene with Cycles: RGB (height, width, 3), top row first."""
-    def run(width, height, samples=64, bounces=0):
+    def run(width, height, samples=64, bounces=0, filter_width=1):
         scene = bpy.context.scene
         scene.render.engine = "CYCLES"
         scene.render.resolution_x, scene.render.resolution_y = width, height
         scene.render.resolution_percentage = 100
         scene.render.threads_mode, scene.render.threads = "FIXED", 1
         scene.render.film_transparent = False
+        if scene.world:
+            scene.world.cycles.sampling_method = "NONE"  # no map to build for a few pixels
         settings = scene.cycles
         settings.samples, settings.use_adaptive_sampling, settings.use_denoising = samples, False, False
         settings.max_bounces, settings.light_sampling_threshold = bounces, 0
         settings.sample_clamp_direct = settings.sample_clamp_indirect = 0
-        settings.pixel_filter_type, settings.filter_width = "BOX", 1
+        settings.pixel_filter_type, settings.filter_width = "BLACKMAN_HARRIS" if filter_width < 1 else "BOX", filter_width
         scene.render.image_settings.file_format = "OPEN_EXR"
         scene.render.image_settings.color_depth = "32"
         scene.render.filepath = str(tmp_path / "cycles.exr")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mathutils import Vector
 
-from conftest import matrix, node_makers
+from conftest import bilinear, matrix, node_makers, read_picture
 
 DIRECTIONS = [(1, 0, 0), (0, 1, 0.2), (-0.6, -0.5, -0.4), (0.3, -0.9, 0.8)]
 
@@ -32,13 +32,6 @@ def smooth_picture():
     return image
 
 
-def load(path):
-    image = bpy.data.images.load(path)
-    data = np.empty(len(image.pixels), np.float32)
-    image.pixels.foreach_get(data)
-    return data.reshape(image.size[1], image.size[0], 4)[..., :3]
-
-
 def radiance(scene, direction):
     """FORMAT.md's world."""
     world = scene["world"]
@@ -48,8 +41,7 @@ def radiance(scene, direction):
     x, y, z = np.linalg.inv(matrix(world["transform"])[:3, :3]) @ (np.array(direction) / np.linalg.norm(direction))
     u, v = 0.5 - math.atan2(y, x) / (2 * math.pi), 0.5 + math.asin(z) / math.pi
     image = scene["images"][scene["textures"][world["texture"]]["image"]]
-    data = load(f"{scene.folder}/{image['file']}")
-    return factor * data[min(int(v * data.shape[0]), data.shape[0] - 1), int(u * data.shape[1]) % data.shape[1]]
+    return factor * bilinear(read_picture(scene, image), u, v)
 
 
 def check(scene, cycles, tolerance):
@@ -82,10 +74,11 @@ def test_environment_turned(vector_type, world, export, cycles):
     link(node("ShaderNodeTexCoord").outputs["Generated"], mapping.inputs["Vector"])
     scene = export()
     assert scene["world"]["radiance"] == [1.5, 1.5, 1.5] and not scene["notes"]
-    check(scene, cycles, 0.25)  # half a texel of the nearest one that the test looks up
+    check(scene, cycles, 0.005)
 
 
-def test_unknown_nodes_are_rendered(world, export, cycles):
+def test_unknown_nodes_are_rendered(world, export, cycles, monkeypatch):
+    monkeypatch.setattr("world.RENDERED_SIZE", (256, 128))
     node, link = world
     background, sky = node("ShaderNodeBackground", Strength=0.1), node("ShaderNodeTexSky")
     sky.sky_type = "PREETHAM"
@@ -101,3 +94,13 @@ def test_unknown_nodes_are_rendered(world, export, cycles):
 def test_no_world_is_black(scene, export):
     scene.world = None
     assert "world" not in export().json
+
+
+def test_missing_environment_is_magenta(world, export):
+    node, link = world
+    background = node("ShaderNodeBackground", Strength=2)
+    link(background.outputs["Background"])
+    link(node("ShaderNodeTexEnvironment").outputs["Color"], background.inputs["Color"])
+    scene = export()
+    assert scene["world"] == {"radiance": [2, 0, 2]}
+    assert scene.notes("missing")

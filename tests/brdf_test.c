@@ -1,0 +1,264 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Reflectances against quadrature, closed forms and their own sampling. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+#include <stdio.h>
+
+#include "eas/brdf.h"
+#include "eas/ggx.h"
+#include "render/rng.h"
+
+static const float3 N = {0, 0, 1};
+
+static float3 direction(float cosine, float phi)
+{
+    float s = sqrtf(fmaxf(1 - cosine * cosine, 0));
+    return vec3(s * cosf(phi), s * sinf(phi), cosine);
+}
+
+static struct lobe phong(float exponent) { return brdf_phong(vec3(0, 0, 0), vec3(1, 1, 1), exponent).lobes[0]; }
+
+static struct lobe metal(float roughness)
+{
+    return (struct lobe){.type = LOBE_METAL, .weight = {1, 1, 1}, .alpha = roughness * roughness, .f0 = {1, 1, 1},
+                         .f82 = {1, 1, 1}};
+}
+
+static struct brdf principled(float metallic, float roughness, float cos_o)
+{
+    struct principled p = {.base_colour = {0.8f, 0.5f, 0.3f}, .specular_tint = {1, 0.9f, 0.8f}, .metallic = metallic,
+                           .roughness = roughness, .ior = 1.5f, .specular_level = 0.5f};
+    return brdf_principled(&p, cos_o);
+}
+
+/* Bins about the mirror direction, whose rings widen with the square of the angle; the last bin counts what was refused. */
+enum { RINGS = 24, SECTORS = 24, BINS = RINGS * SECTORS, STEPS = 12, SAMPLES = 400000 };
+
+static int bin_of(struct frame mirror, float3 wi)
+{
+    float3 v = to_local(mirror, wi);
+    float ring = sqrtf(acosf(clampf(v.z, -1, 1)) / PI) * RINGS, sector = (atan2f(v.y, v.x) / (2 * PI) + 0.5f) * SECTORS;
+    int r = (int)ring, s = (int)sector;
+    return (r < RINGS ? r : RINGS - 1) * SECTORS + (s < SECTORS ? s : SECTORS - 1);
+}
+
+/* The pdf over a bin by midpoints. */
+static double bin_chance(const struct brdf *brdf, struct frame mirror, float3 wo, int bin)
+{
+    double sum = 0;
+    float r0 = (float)(bin / SECTORS) / RINGS, r1 = (float)(bin / SECTORS + 1) / RINGS;
+    float a0 = PI * r0 * r0, a1 = PI * r1 * r1, p0 = (float)(bin % SECTORS) / SECTORS - 0.5f;
+    for (int i = 0; i < STEPS; i++)
+        for (int j = 0; j < STEPS; j++) {
+            float a = a0 + (a1 - a0) * ((float)i + 0.5f) / STEPS, phi = 2 * PI * (p0 + ((float)j + 0.5f) / STEPS / SECTORS);
+            sum += (double)brdf_pdf(brdf, N, wo, to_world(mirror, direction(cosf(a), phi))) * sinf(a);
+        }
+    return sum * (a1 - a0) * 2 * PI / SECTORS / (STEPS * STEPS);
+}
+
+/* Chi-square of brdf_sample's directions against brdf_pdf, its weights against brdf_eval. */
+static void check_sampling(const char *name, const struct brdf *brdf, float3 wo)
+{
+    static double counts[BINS + 1];
+    for (int i = 0; i <= BINS; i++)
+        counts[i] = 0;
+    struct frame mirror = frame_about(reflect(wo, N));
+    struct rng rng = rng_seed(1, 2, 3);
+    for (int i = 0; i < SAMPLES; i++) {
+        float u[3] = {rng_float(&rng), rng_float(&rng), rng_float(&rng)}, pdf;
+        float3 wi;
+        rgb weight = brdf_sample(brdf, N, wo, u, &wi, &pdf);
+        if (pdf <= 0) {
+            counts[BINS]++;
+            continue;
+        }
+        counts[bin_of(mirror, wi)]++;
+        if (i % 64 == 0) {
+            rgb f = brdf_eval(brdf, N, wo, wi);
+            assert_float_equal(pdf / brdf_pdf(brdf, N, wo, wi), 1, 1e-4f);
+            assert_float_equal(weight.y * pdf, f.y * wi.z, 1e-4f * f.y * wi.z + 1e-20f);
+        }
+    }
+    double chi2 = 0, few_expected = 0, few_found = 0, sum = 0;
+    int degrees = 0;
+    for (int i = 0; i <= BINS; i++) {
+        double chance = i < BINS ? bin_chance(brdf, mirror, wo, i) : fmax(1 - sum, 0), expected = chance * SAMPLES;
+        sum += chance;
+        if (i == BINS)
+            assert_true(sum < 1.005); /* refused ones make up the rest, never less than none */
+        if (expected < 50) { /* pooled: chi-square needs counts */
+            few_expected += expected;
+            few_found += counts[i];
+            continue;
+        }
+        /* The quadrature's own error at the horizon's edge, 1 %, goes into the variance. */
+        chi2 += (counts[i] - expected) * (counts[i] - expected) / (expected + 1e-4 * expected * expected);
+        degrees++;
+    }
+    if (few_expected > 50) {
+        chi2 += (few_found - few_expected) * (few_found - few_expected) / (few_expected + 1e-4 * few_expected * few_expected);
+        degrees++;
+    }
+    double sigma = (chi2 - degrees) / sqrt(2.0 * degrees);
+    if (sigma > 4.5)
+        print_message("%s, cos_o %.2f: chi2 %.1f of %d\n", name, (double)wo.z, chi2, degrees);
+    assert_true(sigma < 4.5);
+}
+
+static void samples_follow_pdf(void **state)
+{
+    (void)state;
+    static const float cosines[] = {0.95f, 0.5f, 0.15f};
+    for (int i = 0; i < 3; i++) {
+        float3 wo = direction(cosines[i], 0.7f);
+        struct brdf diffuse = {.kd = {0.5f, 0.5f, 0.5f}}, mixed = brdf_phong(vec3(0.3f, 0.2f, 0.1f), vec3(0.4f, 0.4f, 0.6f), 40);
+        check_sampling("diffuse", &diffuse, wo);
+        check_sampling("diffuse and Phong", &mixed, wo);
+        static const float exponents[] = {2, 20, 400};
+        static const float roughnesses[] = {0.15f, 0.5f, 1};
+        for (int k = 0; k < 3; k++) {
+            struct brdf one = {.lobe_count = 1, .lobes = {phong(exponents[k])}};
+            check_sampling("Phong", &one, wo);
+            one.lobes[0] = metal(roughnesses[k]);
+            check_sampling("GGX", &one, wo);
+            struct brdf plastic = principled(0.4f, roughnesses[k], cosines[i]);
+            assert_int_equal(plastic.lobe_count, 2);
+            check_sampling("principled", &plastic, wo);
+        }
+    }
+}
+
+/* The reflected share of white light by a grid over the hemisphere, even in the cosine; sees only brdf_eval. */
+static rgb albedo_by_grid(const struct brdf *brdf, float3 wo)
+{
+    enum { COSINES = 400, ANGLES = 400 };
+    double sum[3] = {0};
+    for (int i = 0; i < COSINES; i++)
+        for (int j = 0; j < ANGLES; j++) {
+            float3 wi = direction(((float)i + 0.5f) / COSINES, 2 * PI * ((float)j + 0.5f) / ANGLES);
+            rgb f = scale(brdf_eval(brdf, N, wo, wi), wi.z);
+            sum[0] += f.x, sum[1] += f.y, sum[2] += f.z;
+        }
+    double area = 2 * (double)PI / (COSINES * ANGLES);
+    return vec3((float)(sum[0] * area), (float)(sum[1] * area), (float)(sum[2] * area));
+}
+
+/* The same by the mean weight of brdf_sample. */
+static rgb albedo_by_samples(const struct brdf *brdf, float3 wo, int count)
+{
+    double sum[3] = {0};
+    struct rng rng = rng_seed(5, 6, 7);
+    for (int i = 0; i < count; i++) {
+        float u[3] = {rng_float(&rng), rng_float(&rng), rng_float(&rng)}, pdf;
+        float3 wi;
+        rgb w = brdf_sample(brdf, N, wo, u, &wi, &pdf);
+        sum[0] += w.x, sum[1] += w.y, sum[2] += w.z;
+    }
+    return vec3((float)(sum[0] / count), (float)(sum[1] / count), (float)(sum[2] / count));
+}
+
+static void phong_albedo(void **state)
+{
+    (void)state;
+    struct brdf brdf = brdf_phong(vec3(0, 0, 0), vec3(0.6f, 0.6f, 0.6f), 30);
+    /* Seen head-on: (n+2)/2pi times the integral of cos^(n+1) over the hemisphere is 1. */
+    assert_float_equal(albedo_by_grid(&brdf, N).x, 0.6f, 1e-3f);
+    for (int i = 1; i < 10; i += 2) {
+        float3 wo = direction((float)i / 10, 0.3f);
+        assert_float_equal(albedo_by_samples(&brdf, wo, 100000).x, albedo_by_grid(&brdf, wo).x, 3e-3f);
+    }
+}
+
+static void reciprocity(void **state)
+{
+    (void)state;
+    struct lobe lobes[] = {phong(50), metal(0.4f), {.type = LOBE_DIELECTRIC, .weight = {1, 1, 1}, .alpha = 0.1f,
+                                                    .ior = 1.5f, .f0 = {0.04f, 0.04f, 0.04f}}};
+    float3 a = direction(0.4f, 0.5f), b = direction(0.7f, 3.3f);
+    for (int i = 0; i < 3; i++)
+        assert_float_equal(lobe_eval(&lobes[i], N, a, b).x / lobe_eval(&lobes[i], N, b, a).x, 1, 1e-5f);
+}
+
+static void fresnel_curves(void **state)
+{
+    (void)state;
+    assert_float_equal(ggx_fresnel_dielectric(1, 1.5f), 0.04f, 1e-6f);
+    /* At Brewster's angle, tan = eta, all that is reflected is half of the square of (1 - eta^2)/(1 + eta^2). */
+    assert_float_equal(ggx_fresnel_dielectric(1 / sqrtf(1 + 2.25f), 1.5f), 0.5f * sqr(1.25f / 3.25f), 1e-6f);
+    assert_float_equal(ggx_fresnel_dielectric(1e-6f, 1.5f), 1, 1e-4f);
+    assert_float_equal(ggx_fresnel_dielectric(0.5f, 1 / 1.5f), 1, 1e-6f); /* total reflection */
+    struct lobe lobe = metal(0.3f);
+    lobe.f0 = vec3(0.5f, 0.3f, 0.1f);
+    lobe.f82 = vec3(0.7f, 1, 0.2f);
+    rgb edge = ggx_fresnel(&lobe, 1.0f / 7);
+    float schlick = powf(6.0f / 7, 5);
+    assert_float_equal(edge.x, 0.7f * (0.5f + 0.5f * schlick), 1e-5f);
+    assert_float_equal(edge.z, 0.2f * (0.1f + 0.9f * schlick), 1e-5f);
+    assert_float_equal(ggx_fresnel(&lobe, 1).y, 0.3f, 1e-6f);
+    assert_float_equal(ggx_fresnel(&lobe, 0).y, 1, 1e-6f);
+}
+
+/* The tables, whose quadrature runs over visible normals, against a grid of directions. */
+static void albedo_tables(void **state)
+{
+    (void)state;
+    double mean = 0;
+    for (int i = 0; i < 16; i++) { /* at nodes of the table, 31 cells, where nothing is interpolated */
+        float mu = (float)(2 * i + 1) / 31;
+        struct brdf brdf = {.lobe_count = 1, .lobes = {metal(20.0f / 31)}};
+        float truth = albedo_by_grid(&brdf, direction(mu, 0.2f)).x;
+        assert_float_equal(ggx_albedo(20.0f / 31, mu), truth, 1.5e-3f);
+        mean += 2 * (double)mu * truth * 2 / 31;
+    }
+    mean -= 2.0 / 31 * (double)ggx_albedo(20.0f / 31, 1); /* midpoints at odd nodes: the last one stands at 1, half outside */
+    assert_float_equal(ggx_albedo_mean(20.0f / 31), (float)mean, 4e-3f);
+    assert_float_equal(ggx_albedo(0, 0.5f), 1, 1e-6f);
+    /* A smooth dielectric's share is that of the one angle it sees. */
+    float f = ggx_fresnel_dielectric(0.2f, 2), f0 = ggx_f0(2);
+    assert_float_equal(ggx_fresnel_share(0, 0.2f, 2), (f - f0) / (1 - f0), 0.02f);
+}
+
+/* In a white furnace a white metal vanishes, and nothing gives back more than it takes. */
+static void white_furnace(void **state)
+{
+    (void)state;
+    struct principled white = {.base_colour = {1, 1, 1}, .specular_tint = {1, 1, 1}, .metallic = 1, .ior = 1.5f,
+                               .specular_level = 0.5f};
+    for (int r = 1; r <= 10; r++)
+        for (int i = 1; i <= 10; i++) {
+            float mu = (float)i / 10;
+            white.roughness = (float)r / 10;
+            white.metallic = 1;
+            struct brdf metallic = brdf_principled(&white, mu);
+            assert_float_equal(albedo_by_samples(&metallic, direction(mu, 0), 20000).x, 1, 0.015f);
+            white.metallic = 0;
+            struct brdf plastic = brdf_principled(&white, mu);
+            float albedo = albedo_by_samples(&plastic, direction(mu, 0), 20000).x;
+            assert_true(albedo > 0.95f && albedo < 1.02f);
+        }
+}
+
+static void narrow_lobes(void **state)
+{
+    (void)state;
+    struct brdf mirror = principled(1, 0, 0.6f);
+    float3 wo = direction(0.6f, 1), wi;
+    float u[3] = {0.3f, 0.6f, 0.2f}, pdf;
+    rgb weight = brdf_sample(&mirror, N, wo, u, &wi, &pdf);
+    assert_float_equal(dot(wi, reflect(wo, N)), 1, 1e-5f);
+    assert_float_equal(weight.x, ggx_fresnel(&mirror.lobes[0], 0.6f).x, 1e-3f);
+    assert_true(lobe_width(&mirror.lobes[0]) < 1e-3f);
+    struct lobe wide = phong(100);
+    assert_float_equal(powf(cosf(lobe_width(&wide)), 100), expf(-1), 1e-4f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(samples_follow_pdf), cmocka_unit_test(phong_albedo), cmocka_unit_test(reciprocity),
+        cmocka_unit_test(fresnel_curves), cmocka_unit_test(albedo_tables), cmocka_unit_test(white_furnace),
+        cmocka_unit_test(narrow_lobes)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

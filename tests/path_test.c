@@ -1,0 +1,312 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The path tracer in scenes whose answer is known: furnaces, a sky, a disc's form factor, shadows, instances. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "render/path.h"
+
+/* A scene under construction: meshes of one material, made of quads or one polygon. */
+enum { MESHES = 8, CORNERS = 256 };
+
+struct stage {
+    struct scene scene;
+    struct scene_mesh meshes[MESHES];
+    struct scene_object objects[MESHES];
+    struct scene_material materials[MESHES];
+    struct scene_light lights[4];
+    int slots[MESHES];
+    float positions[MESHES][3 * CORNERS];
+    uint32_t corners[MESHES][CORNERS], sizes[MESHES][CORNERS];
+};
+
+static struct stage *new_stage(void)
+{
+    struct stage *s = calloc(1, sizeof *s);
+    assert_non_null(s);
+    s->scene = (struct scene){.world.texture = SCENE_NONE, .meshes = s->meshes, .objects = s->objects,
+                              .materials = s->materials, .lights = s->lights};
+    s->scene.camera = (struct scene_camera){{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-1, 1, -1, 1}, 64, 64};
+    return s;
+}
+
+static struct scene_material grey(float kd, float ks, float exponent, float emission)
+{
+    const struct scene_scalar none = {0, SCENE_NONE};
+    return (struct scene_material){.type = ks > 0 ? MATERIAL_PHONG : MATERIAL_DIFFUSE, .colour = {{kd, kd, kd}, SCENE_NONE},
+                                   .ks = {{ks, ks, ks}, SCENE_NONE}, .exponent = {exponent, SCENE_NONE}, .metallic = none,
+                                   .roughness = none, .emission = {emission, emission, emission}};
+}
+
+static struct scene_object *add_object(struct stage *s, int mesh, int material)
+{
+    struct scene_object *object = &s->objects[s->scene.object_count];
+    int *slot = &s->slots[s->scene.object_count++];
+    *slot = material;
+    *object = (struct scene_object){.mesh = mesh, .slot_count = 1, .materials = slot,
+                                    .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    return object;
+}
+
+/* Adds faces of `size` corners each, with their own object and material. */
+static struct scene_object *add_mesh(struct stage *s, const float3 *points, uint32_t size, uint32_t faces,
+                                     struct scene_material material)
+{
+    int m = s->scene.mesh_count++;
+    uint32_t count = size * faces;
+    assert_true(m < MESHES && count <= CORNERS);
+    memcpy(s->positions[m], points, count * sizeof *points);
+    for (uint32_t i = 0; i < count; i++)
+        s->corners[m][i] = i;
+    for (uint32_t i = 0; i < faces; i++)
+        s->sizes[m][i] = size;
+    s->meshes[m] = (struct scene_mesh){.name = "mesh", .vertex_count = count, .face_count = faces, .corner_count = count,
+                                       .positions = s->positions[m], .face_sizes = s->sizes[m], .corners = s->corners[m]};
+    s->materials[s->scene.material_count] = material;
+    return add_object(s, m, s->scene.material_count++);
+}
+
+/* A square about the centre, its front where cross(u, v) points. */
+static struct scene_object *add_quad(struct stage *s, float3 c, float3 u, float3 v, struct scene_material material)
+{
+    float3 points[4] = {sub(sub(c, u), v), sub(add(c, u), v), add(add(c, u), v), add(sub(c, u), v)};
+    return add_mesh(s, points, 4, 1, material);
+}
+
+/* The cube from -half to half, fronts outside. */
+static void add_cube(struct stage *s, float half, struct scene_material material)
+{
+    float3 points[24];
+    int count = 0;
+    for (int axis = 0; axis < 3; axis++)
+        for (int side = -1; side <= 1; side += 2)
+            for (int k = 0; k < 4; k++) {
+                float a = k == 1 || k == 2 ? half : -half, b = k >= 2 ? half : -half, at = (float)side * half;
+                float xyz[3];
+                xyz[axis] = at;
+                xyz[(axis + 1) % 3] = side > 0 ? a : b;
+                xyz[(axis + 2) % 3] = side > 0 ? b : a;
+                points[count++] = vec_from(xyz);
+            }
+    add_mesh(s, points, 4, 6, material);
+}
+
+static struct model build(struct stage *s)
+{
+    struct model model;
+    char error[SCENE_ERROR];
+    assert_true(model_build(&s->scene, &model, error));
+    return model;
+}
+
+static float total(struct radiance r) { return r.emission.x + r.direct.x + r.indirect.x; }
+
+/* The mean of `count` paths along a ray; *direct that of the direct part. Infinite where the ray escapes. */
+static float look(const struct model *model, float3 origin, float3 dir, int count, float *direct)
+{
+    struct hit hit;
+    double sum = 0, sum_direct = 0;
+    struct ray ray = {origin, normalize(dir)};
+    if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit))
+        return INFINITY;
+    for (int i = 0; i < count; i++) {
+        struct rng rng = rng_seed(1, (uint64_t)i, 0);
+        struct point point;
+        shade_point(model, ray, &hit, &point);
+        struct radiance r = path_radiance(model, &point, &rng);
+        sum += total(r);
+        sum_direct += r.direct.x;
+    }
+    if (direct)
+        *direct = (float)(sum_direct / count);
+    return (float)(sum / count);
+}
+
+static void end(struct stage *s, struct model *model)
+{
+    model_free(model);
+    free(s);
+}
+
+/* Inside a closed box that glows with e and reflects a, radiance is e (1 + a + a2 ...) = e / (1 - a) everywhere. */
+static void closed_furnace(void **state)
+{
+    (void)state;
+    static const float albedos[] = {0.2f, 0.5f, 0.8f};
+    for (int i = 0; i < 3; i++) {
+        struct stage *s = new_stage();
+        add_cube(s, 1, grey(albedos[i], 0, 0, 1));
+        struct model model = build(s);
+        assert_float_equal(look(&model, vec3(0.3f, 0.2f, 0), vec3(0.9f, 0.7f, 0.4f), 40000, NULL) * (1 - albedos[i]), 1,
+                           0.01f);
+        end(s, &model);
+    }
+}
+
+/* Under an even sky a convex surface sends back its directional albedo, whatever its tilt. */
+static void even_sky(void **state)
+{
+    (void)state;
+    struct stage *s = new_stage();
+    float3 u = normalize(vec3(0.9f, 0.1f, -0.4f)), v = normalize(cross(vec3(0.2f, 0.3f, 1), u));
+    add_quad(s, vec3(3, -2, 1), u, v, grey(0.3f, 0.5f, 60, 0));
+    s->scene.world = (struct scene_world){{2, 2, 2}, SCENE_NONE, {0}};
+    struct model model = build(s);
+    float3 n = cross(u, v);
+    n = normalize(n);
+    for (int k = 0; k < 3; k++) {
+        static const float cosines[] = {0.9f, 0.4f, 0.05f};
+        float3 wo = add(scale(n, cosines[k]), scale(u, sqrtf(1 - sqr(cosines[k]))));
+        struct brdf brdf = brdf_phong(vec3(0.3f, 0.3f, 0.3f), vec3(0.5f, 0.5f, 0.5f), 60);
+        enum { STEPS = 300 };
+        double albedo = 0;
+        for (int i = 0; i < STEPS; i++)
+            for (int j = 0; j < STEPS; j++) {
+                float z = ((float)i + 0.5f) / STEPS, phi = 2 * PI * ((float)j + 0.5f) / STEPS, r = sqrtf(1 - z * z);
+                float3 wi = to_world(frame_about(n), vec3(r * cosf(phi), r * sinf(phi), z));
+                albedo += (double)brdf_eval(&brdf, n, wo, wi).x * z * 2 * PI / (STEPS * STEPS);
+            }
+        float3 from = mad(vec3(3, -2, 1), wo, 2);
+        assert_float_equal(look(&model, from, scale(wo, -1), 40000, NULL) / (2 * albedo), 1, 0.01f);
+        assert_float_equal(look(&model, mad(from, n, -2 * dot(sub(from, vec3(3, -2, 1)), n)),
+                                add(scale(wo, -1), scale(n, 2 * cosines[k])), 40000, NULL) / (2 * albedo), 1, 0.01f); /* the back */
+    }
+    end(s, &model);
+}
+
+/* A disc of radius r at height h above a point lights it with pi L r2 / (r2 + h2); a polygon of 64 corners is one but for
+ * 1/600 of its area. What is not direct is nothing. */
+static void disc_emitter(void **state)
+{
+    (void)state;
+    struct stage *s = new_stage();
+    float3 points[64];
+    for (int i = 0; i < 64; i++)
+        points[i] = vec3(0.8f * sinf(2 * PI * (float)i / 64), 0.8f * cosf(2 * PI * (float)i / 64), 1.5f); /* faces down */
+    struct scene_material lamp = grey(0, 0, 0, 5);
+    lamp.emission_front_only = true;
+    add_mesh(s, points, 64, 1, lamp);
+    add_quad(s, vec3(0, 0, 0), vec3(4, 0, 0), vec3(0, 4, 0), grey(0.5f, 0, 0, 0));
+    struct model model = build(s);
+    float direct, truth = 0.5f * 5 * 0.64f / (0.64f + 2.25f);
+    float sum = look(&model, vec3(0.5f, 0, 1), vec3(-0.5f, 0, -1), 100000, &direct);
+    assert_float_equal(sum / truth, 1, 0.005f);
+    assert_float_equal(direct, sum, 1e-6f);
+    assert_float_equal(look(&model, vec3(0, 0, 1), vec3(0.1f, 0, 1), 1, NULL), 5, 1e-6f);
+    assert_true(look(&model, vec3(0, 0, 3), vec3(0.1f, 0, -1), 100, NULL) < 1e-6f); /* dark on its back */
+    end(s, &model);
+}
+
+/* A lamp shines on the scene by light sampling alone and by both strategies: the same mean. */
+static void two_strategies(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < 4; kind++) {
+        struct stage *s = new_stage();
+        add_quad(s, vec3(0, 0, 0), vec3(4, 0, 0), vec3(0, 4, 0), grey(0.2f, 0.6f, 30, 0));
+        add_quad(s, vec3(0.4f, 0.2f, 0.5f), vec3(0.3f, 0, 0), vec3(0, 0.3f, 0), grey(0, 0, 0, 0)); /* casts a shadow */
+        static const struct scene_light kinds[] = {
+            {.type = LIGHT_POINT, .shape = LIGHT_SPHERE, .radius = 0.4f, .power = {20, 20, 20}},
+            {.type = LIGHT_AREA, .shape = LIGHT_RECTANGLE, .size = {1, 0.6f}, .spread = 2.5f, .power = {20, 20, 20}},
+            {.type = LIGHT_SUN, .angle = 0.3f, .power = {2, 2, 2}}};
+        if (kind < 3) {
+            s->lights[s->scene.light_count++] = kinds[kind];
+            memcpy(s->lights[0].transform, (float[12]){1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, 1.6f}, sizeof(float[12]));
+        } else {
+            add_quad(s, vec3(0.5f, 0, 1.6f), vec3(0, 0.5f, 0), vec3(0.4f, 0, 0), grey(0, 0, 0, 8));
+        }
+        struct model model = build(s);
+        struct ray ray = {{-1, 0, 1}, normalize(vec3(1, 0, -1))};
+        struct hit hit;
+        struct point point;
+        assert_true(trace_closest(model.trace, ray.origin, ray.dir, INFINITY, &hit));
+        shade_point(&model, ray, &hit, &point);
+        double one = 0, direct = 0;
+        enum { COUNT = 400000 };
+        for (int i = 0; i < COUNT; i++) {
+            struct rng rng = rng_seed(7, (uint64_t)i, 0);
+            float u[3] = {rng_float(&rng), rng_float(&rng), rng_float(&rng)};
+            one += shade_direct(&model, &point, u, false).x;
+            direct += path_radiance(&model, &point, &rng).direct.x;
+        }
+        assert_true(direct > 0);
+        assert_float_equal(one / direct, 1, 0.01f);
+        end(s, &model);
+    }
+}
+
+/* A closed box in a bright world stays black inside: no ray leaks through edges or starts on the wrong side. */
+static void no_leaks(void **state)
+{
+    (void)state;
+    struct stage *s = new_stage();
+    add_cube(s, 1, grey(0.8f, 0.1f, 20, 0));
+    memcpy(s->objects[0].transform, (float[12]){0.8f, -0.6f, 0, 21.3f, 0.6f, 0.8f, 0, -7.7f, 0, 0, 1, 3.1f}, sizeof(float[12]));
+    s->scene.world = (struct scene_world){{1e3f, 1e3f, 1e3f}, SCENE_NONE, {0}};
+    s->lights[s->scene.light_count++] = (struct scene_light){.type = LIGHT_SUN, .power = {1e3f, 1e3f, 1e3f},
+                                                             .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    struct model model = build(s);
+    struct rng rng = rng_seed(9, 0, 0);
+    for (int i = 0; i < 20000; i++) {
+        float3 dir = {rng_float(&rng) - 0.5f, rng_float(&rng) - 0.5f, rng_float(&rng) - 0.5f};
+        if (i % 2) /* into the edges */
+            dir = vec3(copysignf(0.5f, dir.x), copysignf(0.5f, dir.y), dir.z);
+        assert_true(look(&model, vec3(21.3f, -7.7f, 3.1f), dir, 1, NULL) == 0);
+    }
+    end(s, &model);
+}
+
+/* A mesh used twice is instanced, mirrored once: both must look as the same triangles placed by hand. */
+static void instances(void **state)
+{
+    (void)state;
+    static const float mirrored[12] = {-1, 0, 0, 2, 0, 1.5f, 0, 0, 0, 0, 1, 0.5f};
+    float seen[2][2];
+    for (int shared = 0; shared < 2; shared++) {
+        struct stage *s = new_stage();
+        struct scene_material glow = grey(0.4f, 0, 0, 3);
+        glow.emission_front_only = true;
+        struct scene_object *object = add_quad(s, vec3(0, 0, 0), vec3(0.5f, 0, 0), vec3(0, 0.5f, 0.2f), glow);
+        memcpy(object->transform, mirrored, sizeof mirrored);
+        if (shared)
+            memcpy(add_object(s, 0, 0)->transform, (float[12]){1, 0, 0, 50, 0, 1, 0, 0, 0, 0, 1, 0}, sizeof mirrored);
+        add_quad(s, vec3(2, 0, 3), vec3(0, 2, 0), vec3(2, 0, 0), grey(0.5f, 0, 0, 0)); /* a ceiling, lit by the front */
+        struct model model = build(s);
+        assert_int_equal(model.objects[0].instanced, shared);
+        seen[shared][0] = look(&model, vec3(2.1f, 0.1f, 2), vec3(0, 0, -1), 20000, NULL); /* the front glows */
+        seen[shared][1] = look(&model, vec3(2.1f, 0.1f, 2), vec3(0, 0, 1), 100000, NULL);
+        assert_true(seen[shared][0] > 2.9f && seen[shared][1] > 0.05f);
+        assert_true(look(&model, vec3(2.1f, 0.1f, -2), vec3(0, 0, 1), 1000, NULL) < 2.9f); /* the back does not */
+        end(s, &model);
+    }
+    assert_float_equal(seen[0][0], seen[1][0], 0.01f);
+    assert_float_equal(seen[0][1] / seen[1][1], 1, 0.01f);
+}
+
+/* path_incident leaves out the direct light of lamps that the caller counts, and only that. */
+static void incident(void **state)
+{
+    (void)state;
+    struct stage *s = new_stage();
+    add_cube(s, 1, grey(0.5f, 0, 0, 1));
+    struct model model = build(s);
+    double sum = 0;
+    for (int i = 0; i < 40000; i++) {
+        struct rng rng = rng_seed(3, (uint64_t)i, 0);
+        sum += path_incident(&model, (struct ray){{0.2f, 0.1f, 0}, normalize(vec3(0.3f, 1, 0.2f))}, &rng).x;
+    }
+    assert_float_equal(sum / 40000, 1, 0.01f); /* of 2 in all, 1 is the wall's own */
+    end(s, &model);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(closed_furnace), cmocka_unit_test(even_sky), cmocka_unit_test(disc_emitter),
+        cmocka_unit_test(two_strategies), cmocka_unit_test(no_leaks), cmocka_unit_test(instances),
+        cmocka_unit_test(incident)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
