@@ -25,25 +25,25 @@ static void read_bytes(const struct json_node *at, const char *path, size_t byte
     } else if (!S_ISREG(status.st_mode)) {
         json_fail(at, "file", "%s is not a file", path);
     } else if ((size_t)status.st_size != bytes) {
-        json_fail(at, "bytes", "%s has %zu bytes, expected %zu: the file was cut short or belongs to another scene.json",
-                  path, (size_t)status.st_size, bytes);
+        json_fail(at, "bytes",
+                  "%s has %zu bytes, expected %zu: the file was cut short or belongs to another scene.json", path,
+                  (size_t)status.st_size, bytes);
     } else if (!(scene->buffer = malloc(bytes + 1))) {
         json_fail(at, NULL, "out of memory");
     } else {
         scene->buffer_bytes = bytes;
         if (fread(scene->buffer, 1, bytes, stream) != bytes)
-            json_fail(at, "file", "%s cannot be read: %s", path, ferror(stream) ? strerror(errno) : "it became shorter");
+            json_fail(at, "file", "%s cannot be read: %s", path,
+                      ferror(stream) ? strerror(errno) : "it became shorter");
     }
-    if (stream)
-        fclose(stream);
+    if (stream) fclose(stream);
 }
 
 /* A size in bytes: exact up to 2^53, far beyond any file. */
 static size_t get_bytes(struct json_node *at, const char *key)
 {
     double number = json_get_number(at, key, 0, 9007199254740992.0);
-    if (number != floor(number))
-        json_fail(at, key, "found %g, expected a whole number", number);
+    if (number != floor(number)) json_fail(at, key, "found %g, expected a whole number", number);
     return (size_t)number;
 }
 
@@ -58,8 +58,7 @@ void buffer_read(struct json_node *root, const char *folder, struct scene *scene
         char path[4096];
         if (snprintf(path, sizeof path, "%s/%s", folder, file) >= (int)sizeof path)
             json_fail(&at, "file", "the path is longer than %zu bytes", sizeof path);
-        else
-            read_bytes(&at, path, bytes, scene);
+        else read_bytes(&at, path, bytes, scene);
     }
     free(file);
     buffer->bytes = scene->buffer;
@@ -73,11 +72,9 @@ void buffer_read(struct json_node *root, const char *folder, struct scene *scene
         view->count = json_get_integer(&item, "count", 0, INT_MAX);
         view->type = json_get_word(&item, "type", type_words);
         json_end(&item);
-        if (view->offset % 4)
-            json_fail(&item, "offset", "found %zu, expected a multiple of 4", view->offset);
+        if (view->offset % 4) json_fail(&item, "offset", "found %zu, expected a multiple of 4", view->offset);
         size_t end = view->offset + (size_t)view->count * type_numbers[view->type] * 4;
-        if (end > bytes)
-            json_fail(&item, NULL, "ends at byte %zu, but the buffer has %zu", end, bytes);
+        if (end > bytes) json_fail(&item, NULL, "ends at byte %zu, but the buffer has %zu", end, bytes);
     }
 }
 
@@ -92,8 +89,7 @@ const void *buffer_span(const struct buffer *buffer, struct json_node *at, const
 {
     *count = 0;
     int index = json_get_index(at, key, buffer->view_count, "views");
-    if (index == SCENE_NONE)
-        return NULL;
+    if (index == SCENE_NONE) return NULL;
     const struct buffer_view *view = &buffer->views[index];
     if (view->type != type) {
         json_fail(at, key, "view %d holds %s, expected %s", index, type_words[view->type], type_words[type]);

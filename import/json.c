@@ -23,35 +23,28 @@ static void append(char *buffer, size_t bytes, const char *format, ...)
 
 static void append_path(const struct json_node *at, char *buffer, size_t bytes)
 {
-    if (!at->parent)
-        return;
+    if (!at->parent) return;
     append_path(at->parent, buffer, bytes);
-    if (at->key)
-        append(buffer, bytes, at->parent->parent ? ".%s" : "%s", at->key);
-    else
-        append(buffer, bytes, "[%zu]", at->index);
+    if (at->key) append(buffer, bytes, at->parent->parent ? ".%s" : "%s", at->key);
+    else append(buffer, bytes, "[%zu]", at->index);
 }
 
 /* An error is one line, whatever the document has in it. */
 static void blank_control_characters(char *text)
 {
     for (; *text; text++)
-        if ((unsigned char)*text < ' ')
-            *text = ' ';
+        if ((unsigned char)*text < ' ') *text = ' ';
 }
 
 void json_fail(const struct json_node *at, const char *key, const char *format, ...)
 {
     struct json_file *file = at->file;
-    if (file->failed)
-        return;
+    if (file->failed) return;
     file->failed = true;
     snprintf(file->error, SCENE_ERROR, "%s: ", file->path);
     append_path(at, file->error, SCENE_ERROR);
-    if (key)
-        append(file->error, SCENE_ERROR, at->parent ? ".%s" : "%s", key);
-    if (key || at->parent)
-        append(file->error, SCENE_ERROR, ": ");
+    if (key) append(file->error, SCENE_ERROR, at->parent ? ".%s" : "%s", key);
+    if (key || at->parent) append(file->error, SCENE_ERROR, ": ");
     size_t used = strlen(file->error);
     va_list arguments;
     va_start(arguments, format);
@@ -116,10 +109,10 @@ void json_end(struct json_node *at)
 {
     const char *key;
     json_t *value;
-    json_object_foreach(at->value, key, value) {
+    json_object_foreach(at->value, key, value)
+    {
         bool known = false;
-        for (int i = 0; i < at->known_count && !known; i++)
-            known = !strcmp(at->known[i], key);
+        for (int i = 0; i < at->known_count && !known; i++) known = !strcmp(at->known[i], key);
         if (!known) {
             json_fail(at, key, "unknown key");
             return;
@@ -127,10 +120,7 @@ void json_end(struct json_node *at)
     }
 }
 
-bool json_has(const struct json_node *at, const char *key)
-{
-    return json_object_get(at->value, key) != NULL;
-}
+bool json_has(const struct json_node *at, const char *key) { return json_object_get(at->value, key) != NULL; }
 
 bool json_has_object(const struct json_node *at, const char *key)
 {
@@ -141,10 +131,8 @@ bool json_has_object(const struct json_node *at, const char *key)
 static json_t *find(struct json_node *at, const char *key)
 {
     bool known = false;
-    for (int i = 0; i < at->known_count && !known; i++)
-        known = !strcmp(at->known[i], key);
-    if (!known && at->known_count < JSON_KEYS)
-        at->known[at->known_count++] = key;
+    for (int i = 0; i < at->known_count && !known; i++) known = !strcmp(at->known[i], key);
+    if (!known && at->known_count < JSON_KEYS) at->known[at->known_count++] = key;
     return at->file->failed ? NULL : json_object_get(at->value, key);
 }
 
@@ -168,10 +156,7 @@ struct json_node json_get_list(struct json_node *at, const char *key)
     return (struct json_node){.file = at->file, .value = value, .parent = at, .key = key};
 }
 
-size_t json_length(const struct json_node *list)
-{
-    return list->file->failed ? 0 : json_array_size(list->value);
-}
+size_t json_length(const struct json_node *list) { return list->file->failed ? 0 : json_array_size(list->value); }
 
 struct json_node json_get_item(const struct json_node *list, size_t i)
 {
@@ -187,15 +172,11 @@ double json_get_number(struct json_node *at, const char *key, double min, double
 {
     json_t *value = find(at, key);
     double number = json_number_value(value);
-    if (json_is_number(value) && isfinite((float)number) && number >= min && number <= max)
-        return number;
+    if (json_is_number(value) && isfinite((float)number) && number >= min && number <= max) return number;
     char expected[120];
-    if (min == -HUGE_VAL)
-        snprintf(expected, sizeof expected, "a number");
-    else if (max == HUGE_VAL)
-        snprintf(expected, sizeof expected, "a number of at least %g", min);
-    else
-        snprintf(expected, sizeof expected, "a number from %g to %g", min, max);
+    if (min == -HUGE_VAL) snprintf(expected, sizeof expected, "a number");
+    else if (max == HUGE_VAL) snprintf(expected, sizeof expected, "a number of at least %g", min);
+    else snprintf(expected, sizeof expected, "a number from %g to %g", min, max);
     fail_expected(at, key, value, expected);
     return 0;
 }
@@ -204,8 +185,7 @@ int json_get_integer(struct json_node *at, const char *key, int min, int max)
 {
     json_t *value = find(at, key);
     json_int_t number = json_integer_value(value);
-    if (json_is_integer(value) && number >= min && number <= max)
-        return (int)number;
+    if (json_is_integer(value) && number >= min && number <= max) return (int)number;
     char expected[120];
     snprintf(expected, sizeof expected, min == max ? "%d" : "a whole number from %d to %d", min, max);
     fail_expected(at, key, value, expected);
@@ -215,8 +195,7 @@ int json_get_integer(struct json_node *at, const char *key, int min, int max)
 bool json_get_bool(struct json_node *at, const char *key)
 {
     json_t *value = find(at, key);
-    if (!json_is_boolean(value))
-        fail_expected(at, key, value, "true or false");
+    if (!json_is_boolean(value)) fail_expected(at, key, value, "true or false");
     return json_is_true(value);
 }
 
@@ -225,10 +204,8 @@ void json_get_numbers(struct json_node *at, const char *key, double min, int cou
     memset(out, 0, count * sizeof *out);
     json_t *value = find(at, key);
     char expected[120];
-    if (min == -HUGE_VAL)
-        snprintf(expected, sizeof expected, "%d numbers", count);
-    else
-        snprintf(expected, sizeof expected, "%d numbers of at least %g", count, min);
+    if (min == -HUGE_VAL) snprintf(expected, sizeof expected, "%d numbers", count);
+    else snprintf(expected, sizeof expected, "%d numbers of at least %g", count, min);
     if (!json_is_array(value) || json_array_size(value) != (size_t)count) {
         fail_expected(at, key, value, expected);
         return;
@@ -245,8 +222,7 @@ void json_get_numbers(struct json_node *at, const char *key, double min, int cou
 static int checked_index(const struct json_node *at, const char *key, const json_t *value, int count, const char *what)
 {
     json_int_t number = json_integer_value(value);
-    if (json_is_integer(value) && number >= 0 && number < count)
-        return (int)number;
+    if (json_is_integer(value) && number >= 0 && number < count) return (int)number;
     char text[80];
     json_fail(at, key, "found %s, expected the index of one of %d %s", describe(value, text), count, what);
     return SCENE_NONE;
@@ -276,8 +252,7 @@ int json_get_word(struct json_node *at, const char *key, const char *const *word
     json_t *value = find(at, key);
     char expected[200] = "";
     for (int i = 0; words[i]; i++) {
-        if (json_is_string(value) && !strcmp(json_string_value(value), words[i]))
-            return i;
+        if (json_is_string(value) && !strcmp(json_string_value(value), words[i])) return i;
         append(expected, sizeof expected, "%s\"%s\"", !i ? "" : words[i + 1] ? ", " : " or ", words[i]);
     }
     fail_expected(at, key, value, expected);
@@ -292,8 +267,7 @@ char *json_get_text(struct json_node *at, const char *key)
         return NULL;
     }
     char *copy = strdup(json_string_value(value));
-    if (!copy)
-        json_fail(at, key, "out of memory");
+    if (!copy) json_fail(at, key, "out of memory");
     return copy;
 }
 
@@ -306,9 +280,7 @@ void *json_new_array(const struct json_node *list, size_t size, int *count)
         return NULL;
     }
     void *array = calloc(length + 1, size);
-    if (array)
-        *count = (int)length;
-    else
-        json_fail(list, NULL, "out of memory");
+    if (array) *count = (int)length;
+    else json_fail(list, NULL, "out of memory");
     return array;
 }

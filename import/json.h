@@ -14,9 +14,9 @@
  *     json_close(&file);
  *     return !file.failed;
  *
- * The first error stays in file.failed and `error`, as "scene.json: lights[3].radius: found ..., expected ..."; whatever is
- * read after it is zero or empty, so that a caller checks once. A node points at its parent, which must outlive it.
- * A document belongs to one thread.
+ * The first error stays in file.failed and `error`, as "scene.json: lights[3].radius: found ..., expected ...";
+ * whatever is read after it is zero or empty, so that a caller checks once. A node points at its parent, which must
+ * outlive it. A document belongs to one thread.
  */
 #ifndef IMPORT_JSON_H
 #define IMPORT_JSON_H

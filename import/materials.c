@@ -19,17 +19,14 @@ static void read_images(struct json_node *root, const char *folder, struct scene
         char *name = json_get_text(&item, "file");
         scene->images[i].colour_space = json_get_word(&item, "colour_space", colour_spaces);
         json_end(&item);
-        if (!name)
-            return;
+        if (!name) return;
         char *path = malloc(strlen(folder) + strlen(name) + 2);
         scene->images[i].file = path;
         struct stat status;
-        if (!path)
-            json_fail(&item, NULL, "out of memory");
+        if (!path) json_fail(&item, NULL, "out of memory");
         else if (sprintf(path, "%s/%s", folder, name), stat(path, &status) || access(path, R_OK))
             json_fail(&item, "file", "%s cannot be read: %s", path, strerror(errno));
-        else if (!S_ISREG(status.st_mode))
-            json_fail(&item, "file", "%s is not a file", path);
+        else if (!S_ISREG(status.st_mode)) json_fail(&item, "file", "%s is not a file", path);
         free(name);
     }
 }
@@ -72,20 +69,16 @@ static int read_texture_of(struct json_node *at, const char *key, const struct s
 static struct scene_colour read_colour(struct json_node *at, const char *key, const struct scene *scene)
 {
     struct scene_colour colour = {.texture = SCENE_NONE};
-    if (json_has_object(at, key))
-        colour.texture = read_texture_of(at, key, scene);
-    else
-        json_get_numbers(at, key, 0, 3, colour.value);
+    if (json_has_object(at, key)) colour.texture = read_texture_of(at, key, scene);
+    else json_get_numbers(at, key, 0, 3, colour.value);
     return colour;
 }
 
 static struct scene_scalar read_scalar(struct json_node *at, const char *key, double max, const struct scene *scene)
 {
     struct scene_scalar scalar = {.texture = SCENE_NONE};
-    if (json_has_object(at, key))
-        scalar.texture = read_texture_of(at, key, scene);
-    else
-        scalar.value = json_get_number(at, key, 0, max);
+    if (json_has_object(at, key)) scalar.texture = read_texture_of(at, key, scene);
+    else scalar.value = json_get_number(at, key, 0, max);
     return scalar;
 }
 
@@ -103,9 +96,7 @@ static void read_materials(struct json_node *root, struct scene *scene)
         material->ks.texture = material->exponent.texture = SCENE_NONE;
         material->metallic.texture = material->roughness.texture = SCENE_NONE;
         switch (material->type) {
-        case MATERIAL_DIFFUSE:
-            material->colour = read_colour(&item, "colour", scene);
-            break;
+        case MATERIAL_DIFFUSE: material->colour = read_colour(&item, "colour", scene); break;
         case MATERIAL_PHONG:
             material->colour = read_colour(&item, "kd", scene);
             material->ks = read_colour(&item, "ks", scene);
@@ -120,8 +111,7 @@ static void read_materials(struct json_node *root, struct scene *scene)
             json_get_numbers(&item, "specular_tint", 0, 3, material->specular_tint);
             break;
         }
-        if (json_has(&item, "emission"))
-            json_get_numbers(&item, "emission", 0, 3, material->emission);
+        if (json_has(&item, "emission")) json_get_numbers(&item, "emission", 0, 3, material->emission);
         if (json_has(&item, "emission_sides"))
             material->emission_front_only = json_get_word(&item, "emission_sides", sides);
         json_end(&item);

@@ -3,7 +3,8 @@
 
 #include <stdlib.h>
 
-static void check_count(const struct json_node *at, const char *key, uint32_t found, uint32_t expected, const char *what)
+static void check_count(const struct json_node *at, const char *key, uint32_t found, uint32_t expected,
+                        const char *what)
 {
     if (!at->file->failed && found != expected)
         json_fail(at, key, "found %u elements, expected %u: one a %s", found, expected, what);
@@ -44,13 +45,14 @@ static void check_sharpness(const struct json_node *at, const char *key, const f
         }
 }
 
-struct edge { uint32_t low, high, index; };
+struct edge {
+    uint32_t low, high, index;
+};
 
 static int compare_edges(const void *left, const void *right)
 {
     const struct edge *a = left, *b = right;
-    if (a->low != b->low)
-        return a->low < b->low ? -1 : 1;
+    if (a->low != b->low) return a->low < b->low ? -1 : 1;
     return (a->high > b->high) - (a->high < b->high);
 }
 
@@ -77,8 +79,7 @@ static void check_creases(const struct json_node *at, const struct scene_mesh *m
         for (uint32_t i = 0, size = mesh->face_sizes[f]; i < size; i++) {
             struct edge key = edge_of(corners[i], corners[i + 1 < size ? i + 1 : 0], 0);
             struct edge *hit = bsearch(&key, creases, count, sizeof *creases, compare_edges);
-            if (hit)
-                found[hit - creases] = true;
+            if (hit) found[hit - creases] = true;
         }
     for (uint32_t i = 0; i < count; i++) {
         bool twin = i && !compare_edges(&creases[i], &creases[i - 1]); /* named twice: bsearch found either */
@@ -99,8 +100,8 @@ static void read_subdivision(struct json_node *parent, const struct buffer *buff
 {
     static const char *const schemes[] = {"catmull-clark", "bilinear", NULL};
     static const char *const boundaries[] = {"edge-only", "edge-and-corner", NULL};
-    static const char *const uv_boundaries[] = {"none",           "corners-only", "corners-plus1",
-                                                "corners-plus2", "boundaries",   "all",           NULL};
+    static const char *const uv_boundaries[] = {
+        "none", "corners-only", "corners-plus1", "corners-plus2", "boundaries", "all", NULL};
     struct json_node at = json_get_object(parent, "subdivision");
     mesh->subdivided = true;
     mesh->scheme = json_get_word(&at, "scheme", schemes);
@@ -139,8 +140,7 @@ static void read_mesh(struct json_node *at, const struct buffer *buffer, struct 
     mesh->positions = buffer_span(buffer, at, "positions", BUFFER_FLOAT3, name, &mesh->vertex_count);
     mesh->face_sizes = buffer_span(buffer, at, "face_sizes", BUFFER_UINT, name, &mesh->face_count);
     mesh->corners = buffer_span(buffer, at, "corners", BUFFER_UINT, name, &mesh->corner_count);
-    if (at->file->failed)
-        return;
+    if (at->file->failed) return;
     check_faces(at, mesh);
     check_vertices(at, "corners", mesh->corners, mesh->corner_count, mesh->vertex_count);
     if (json_has(at, "normals")) {
@@ -157,8 +157,7 @@ static void read_mesh(struct json_node *at, const struct buffer *buffer, struct 
     }
     if (json_has(at, "subdivision") && !at->file->failed) {
         read_subdivision(at, buffer, mesh);
-        if (mesh->normals)
-            json_fail(at, "normals", "found normals, expected none: the mesh is a cage");
+        if (mesh->normals) json_fail(at, "normals", "found normals, expected none: the mesh is a cage");
     }
     json_end(at);
 }

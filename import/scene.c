@@ -65,8 +65,7 @@ static void read_camera(struct json_node *root, struct scene_camera *camera)
     for (int i = 0; i < 2; i++)
         if (resolution[i] > 65536 || resolution[i] != floorf(resolution[i]))
             json_fail(&at, "resolution", "found %g, expected whole numbers from 1 to 65536", resolution[i]);
-    if (at.file->failed)
-        return;
+    if (at.file->failed) return;
     camera->width = (int)resolution[0];
     camera->height = (int)resolution[1];
     json_end(&at);
@@ -78,8 +77,7 @@ static void read_world(struct json_node *root, struct scene *scene)
     struct scene_world *world = &scene->world;
     world->texture = SCENE_NONE;
     memcpy(world->transform, identity, sizeof identity);
-    if (!json_has(root, "world"))
-        return;
+    if (!json_has(root, "world")) return;
     struct json_node at = json_get_object(root, "world");
     json_get_numbers(&at, "radiance", 0, 3, world->radiance);
     if (json_has(&at, "texture")) {
@@ -87,8 +85,7 @@ static void read_world(struct json_node *root, struct scene *scene)
         if (world->texture != SCENE_NONE && scene->textures[world->texture].type != TEXTURE_IMAGE)
             json_fail(&at, "texture", "texture %d is a checker, expected an image", world->texture);
     }
-    if (json_has(&at, "transform"))
-        read_transform(&at, world->transform);
+    if (json_has(&at, "transform")) read_transform(&at, world->transform);
     json_end(&at);
 }
 
@@ -97,8 +94,7 @@ static void read_objects(struct json_node *root, struct scene *scene)
     struct json_node list = json_get_list(root, "objects");
     scene->objects = json_new_array(&list, sizeof *scene->objects, &scene->object_count);
     uint32_t *top_slots = calloc(scene->mesh_count + 1, sizeof *top_slots);
-    if (!top_slots)
-        json_fail(&list, NULL, "out of memory");
+    if (!top_slots) json_fail(&list, NULL, "out of memory");
     for (int i = 0; top_slots && i < scene->mesh_count && !root->file->failed; i++)
         top_slots[i] = meshes_top_slot(&scene->meshes[i]);
     for (int i = 0; i < scene->object_count; i++) {
@@ -110,8 +106,7 @@ static void read_objects(struct json_node *root, struct scene *scene)
             json_get_indices(&item, "materials", scene->material_count, "materials", &object->slot_count);
         read_transform(&item, object->transform);
         json_end(&item);
-        if (root->file->failed)
-            break;
+        if (root->file->failed) break;
         if (object->slot_count && top_slots[object->mesh] >= object->slot_count)
             json_fail(&item, "materials", "found %u, expected %u: a face of mesh \"%s\" uses slot %u",
                       object->slot_count, top_slots[object->mesh] + 1, scene->meshes[object->mesh].name,
@@ -150,9 +145,7 @@ static void read_light(struct json_node *at, struct scene_light *light)
             json_fail(at, "size", "found [%g, %g], expected an extent on both axes", light->size[0], light->size[1]);
         light->spread = json_has(at, "spread") ? read_angle(at, "spread", 1e-6) : PI;
         break;
-    case LIGHT_SUN:
-        light->angle = read_angle(at, "angle", 0);
-        break;
+    case LIGHT_SUN: light->angle = read_angle(at, "angle", 0); break;
     }
     json_end(at);
 }
@@ -205,25 +198,20 @@ bool scene_read(const char *folder, struct scene *scene, char error[SCENE_ERROR]
     json_end(&root);
     buffer_free(&buffer);
     json_close(&file);
-    if (file.failed)
-        scene_free(scene);
+    if (file.failed) scene_free(scene);
     return !file.failed;
 }
 
 void scene_free(struct scene *scene)
 {
-    for (int i = 0; i < scene->image_count; i++)
-        free(scene->images[i].file);
-    for (int i = 0; i < scene->material_count; i++)
-        free(scene->materials[i].name);
-    for (int i = 0; i < scene->mesh_count; i++)
-        free(scene->meshes[i].name);
+    for (int i = 0; i < scene->image_count; i++) free(scene->images[i].file);
+    for (int i = 0; i < scene->material_count; i++) free(scene->materials[i].name);
+    for (int i = 0; i < scene->mesh_count; i++) free(scene->meshes[i].name);
     for (int i = 0; i < scene->object_count; i++) {
         free(scene->objects[i].name);
         free(scene->objects[i].materials);
     }
-    for (int i = 0; i < scene->light_count; i++)
-        free(scene->lights[i].name);
+    for (int i = 0; i < scene->light_count; i++) free(scene->lights[i].name);
     for (int i = 0; i < scene->note_count; i++) {
         free(scene->notes[i].object);
         free(scene->notes[i].material);

@@ -8,7 +8,8 @@
  *     scene_free(&scene);
  *
  * scene_read checks everything once (types, ranges, indices, finite numbers, files that exist), so that nobody after it
- * has to. Units: metres, watts, radians; Z up; linear Rec. 709. Nothing here changes after reading: any thread may read.
+ * has to. Units: metres, watts, radians; Z up; linear Rec. 709. Nothing here changes after reading: any thread may
+ * read.
  */
 #ifndef IMPORT_SCENE_H
 #define IMPORT_SCENE_H
@@ -53,28 +54,38 @@ struct scene_texture {
 };
 
 /* A constant, or a texture that replaces it. */
-struct scene_colour { float value[3]; int texture; };
-struct scene_scalar { float value; int texture; };
+struct scene_colour {
+    float value[3];
+    int texture;
+};
+struct scene_scalar {
+    float value;
+    int texture;
+};
 
 enum material_type { MATERIAL_DIFFUSE, MATERIAL_PHONG, MATERIAL_PRINCIPLED };
 
 struct scene_material {
     char *name;
     enum material_type type;
-    struct scene_colour colour;   /* colour, kd or base_colour */
-    struct scene_colour ks;       /* PHONG */
-    struct scene_scalar exponent; /* PHONG */
-    struct scene_scalar metallic, roughness;          /* PRINCIPLED */
-    float ior, specular_level, specular_tint[3];      /* PRINCIPLED */
-    float emission[3];            /* W/m2/sr */
+    struct scene_colour colour;                  /* colour, kd or base_colour */
+    struct scene_colour ks;                      /* PHONG */
+    struct scene_scalar exponent;                /* PHONG */
+    struct scene_scalar metallic, roughness;     /* PRINCIPLED */
+    float ior, specular_level, specular_tint[3]; /* PRINCIPLED */
+    float emission[3];                           /* W/m2/sr */
     bool emission_front_only;
 };
 
 enum subdivision_scheme { SUBDIVISION_CATMULL_CLARK, SUBDIVISION_BILINEAR };
 enum subdivision_boundary { BOUNDARY_EDGE_ONLY, BOUNDARY_EDGE_AND_CORNER };
 enum subdivision_uv_boundary { /* in OpenSubdiv's order and words */
-    UV_BOUNDARY_NONE, UV_BOUNDARY_CORNERS_ONLY, UV_BOUNDARY_CORNERS_PLUS1,
-    UV_BOUNDARY_CORNERS_PLUS2, UV_BOUNDARY_BOUNDARIES, UV_BOUNDARY_ALL
+                               UV_BOUNDARY_NONE,
+                               UV_BOUNDARY_CORNERS_ONLY,
+                               UV_BOUNDARY_CORNERS_PLUS1,
+                               UV_BOUNDARY_CORNERS_PLUS2,
+                               UV_BOUNDARY_BOUNDARIES,
+                               UV_BOUNDARY_ALL
 };
 
 /* Polygons in object space; a cage where `subdivided`. The arrays are spans of scene.buffer. */
@@ -122,7 +133,9 @@ struct scene_light {
     float spread;           /* AREA: full opening, rad; pi: all */
 };
 
-struct scene_note { char *object, *material, *node, *text; }; /* the first three may be NULL */
+struct scene_note {
+    char *object, *material, *node, *text;
+}; /* the first three may be NULL */
 
 struct scene {
     struct scene_camera camera;

@@ -19,7 +19,8 @@
 
 using namespace OpenSubdiv;
 
-namespace {
+namespace
+{
 
 /* Blender joins the UVs of corners that meet in a vertex where they are so close (STD_UV_CONNECT_LIMIT). */
 const float UV_JOIN = 1e-4f;
@@ -27,16 +28,15 @@ const float UV_JOIN = 1e-4f;
 /* Beyond this OpenSubdiv's int indices overflow. */
 const double QUADS_MAX = INT32_MAX / 16;
 
-/* What Far::PrimvarRefiner interpolates. Doubles: at level 10 differences of neighbours lose ten bits, and a mesh may lie
- * far from its origin. */
+/* What Far::PrimvarRefiner interpolates. Doubles: at level 10 differences of neighbours lose ten bits, and a mesh may
+ * lie far from its origin. */
 template <int N> struct Tuple {
     double v[N];
 
     void Clear() { std::memset(v, 0, sizeof v); }
     void AddWithWeight(const Tuple &other, double weight)
     {
-        for (int i = 0; i < N; i++)
-            v[i] += weight * other.v[i];
+        for (int i = 0; i < N; i++) v[i] += weight * other.v[i];
     }
 };
 using Point = Tuple<3>;
@@ -54,8 +54,7 @@ void store_unit(const double *v, float *out)
 {
     double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
     bool good = length > 0 && std::isfinite(length);
-    for (int i = 0; i < 3; i++)
-        out[i] = good ? float(v[i] / length) : float(i == 2);
+    for (int i = 0; i < 3; i++) out[i] = good ? float(v[i] / length) : float(i == 2);
 }
 
 /* Takes the sums of the refiner's limit masks one after another and keeps them as floats. */
@@ -67,8 +66,7 @@ template <int N> struct Sink {
     explicit Sink(float *numbers) : out(numbers) {}
     void flush()
     {
-        for (int i = 0; i < N && current >= 0; i++)
-            out[N * size_t(current) + i] = float(sum.v[i]);
+        for (int i = 0; i < N && current >= 0; i++) out[N * size_t(current) + i] = float(sum.v[i]);
     }
     Tuple<N> &operator[](int index)
     {
@@ -90,8 +88,7 @@ struct NormalSink {
     void flush()
     {
         double normal[3];
-        if (current < 0)
-            return;
+        if (current < 0) return;
         cross(tangents[0].v, tangents[1].v, normal);
         store_unit(normal, out + 3 * size_t(current));
     }
@@ -136,10 +133,7 @@ struct UvValues {
     }
 };
 
-const Far::Index *as_indices(const uint32_t *indices)
-{
-    return reinterpret_cast<const Far::Index *>(indices);
-}
+const Far::Index *as_indices(const uint32_t *indices) { return reinterpret_cast<const Far::Index *>(indices); }
 
 std::unique_ptr<Far::TopologyRefiner> make_refiner(const scene_mesh &mesh, const UvValues *uvs)
 {
@@ -174,16 +168,14 @@ std::unique_ptr<Far::TopologyRefiner> make_refiner(const scene_mesh &mesh, const
     using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
     Sdc::SchemeType scheme = mesh.scheme == SUBDIVISION_BILINEAR ? Sdc::SCHEME_BILINEAR : Sdc::SCHEME_CATMARK;
     std::unique_ptr<Far::TopologyRefiner> refiner(Factory::Create(topology, Factory::Options(scheme, options)));
-    if (!refiner)
-        throw std::runtime_error("OpenSubdiv refuses the cage: a vertex or face has too many neighbours");
+    if (!refiner) throw std::runtime_error("OpenSubdiv refuses the cage: a vertex or face has too many neighbours");
     return refiner;
 }
 
 template <class T> T *allocate(size_t count)
 {
     void *memory = std::malloc((count + 1) * sizeof(T));
-    if (!memory)
-        throw std::bad_alloc();
+    if (!memory) throw std::bad_alloc();
     return static_cast<T *>(memory);
 }
 
@@ -199,10 +191,11 @@ void refine(const Far::TopologyRefiner &refiner, std::vector<T> &values, bool uv
     }
 }
 
-/* Gives vertices where no limit normal exists (at sharp edges and corners, and wherever the scheme is bilinear) the mean of
- * the facets' normals, one for each side of the sharp edges, and splits them where the sides differ. */
-class SharpNormals {
-public:
+/* Gives vertices where no limit normal exists (at sharp edges and corners, and wherever the scheme is bilinear) the
+ * mean of the facets' normals, one for each side of the sharp edges, and splits them where the sides differ. */
+class SharpNormals
+{
+  public:
     SharpNormals(const Far::TopologyLevel &topology, bool bilinear, const float *positions, subdivided &output)
         : level(topology), all(bilinear), vertex_positions(positions), out(output)
     {
@@ -212,16 +205,14 @@ public:
     {
         for (int vertex = 0; vertex < level.GetNumVertices(); vertex++) {
             Sdc::Crease::Rule rule = level.GetVertexRule(vertex);
-            if (!all && (rule == Sdc::Crease::RULE_SMOOTH || rule == Sdc::Crease::RULE_DART))
-                continue;
+            if (!all && (rule == Sdc::Crease::RULE_SMOOTH || rule == Sdc::Crease::RULE_DART)) continue;
             int sides = find_sides(vertex);
-            if (sides > 1 || all || rule == Sdc::Crease::RULE_CORNER)
-                assign(vertex);
+            if (sides > 1 || all || rule == Sdc::Crease::RULE_CORNER) assign(vertex);
         }
         append_copies();
     }
 
-private:
+  private:
     struct Copy {
         uint32_t original, side, index;
     };
@@ -241,24 +232,20 @@ private:
     {
         Far::ConstIndexArray faces = level.GetVertexFaces(vertex), edges = level.GetVertexEdges(vertex);
         side_of_face.resize(faces.size());
-        for (int i = 0; i < faces.size(); i++)
-            side_of_face[i] = i;
+        for (int i = 0; i < faces.size(); i++) side_of_face[i] = i;
         for (int i = 0; i < edges.size(); i++) {
             Far::ConstIndexArray pair = level.GetEdgeFaces(edges[i]);
-            if (pair.size() != 2 || level.GetEdgeSharpness(edges[i]) > 0)
-                continue;
+            if (pair.size() != 2 || level.GetEdgeSharpness(edges[i]) > 0) continue;
             int a = -1, b = -1;
             for (int k = 0; k < faces.size(); k++) {
                 a = faces[k] == pair[0] ? side_of_face[k] : a;
                 b = faces[k] == pair[1] ? side_of_face[k] : b;
             }
-            for (int &side : side_of_face)
-                side = side == b ? a : side;
+            for (int &side : side_of_face) side = side == b ? a : side;
         }
         int sides = 0;
         for (int i = 0; i < faces.size(); i++)
-            if (side_of_face[i] == i)
-                sides++;
+            if (side_of_face[i] == i) sides++;
         return sides;
     }
 
@@ -267,8 +254,7 @@ private:
         Far::ConstIndexArray faces = level.GetVertexFaces(vertex);
         Far::ConstLocalIndexArray places = level.GetVertexFaceLocalIndices(vertex);
         side_normals.assign(faces.size(), Point{{0, 0, 0}});
-        for (int i = 0; i < faces.size(); i++)
-            add_facet(faces[i], places[i], side_normals[side_of_face[i]]);
+        for (int i = 0; i < faces.size(); i++) add_facet(faces[i], places[i], side_normals[side_of_face[i]]);
         of_vertex.clear();
         for (int i = 0; i < faces.size(); i++) {
             uint32_t side = side_of_face[i], &corner = out.quads[4 * size_t(faces[i]) + places[i]];
@@ -290,11 +276,9 @@ private:
             dot += a[i] * b[i];
         }
         cross(a, b, normal);
-        for (double n : normal)
-            length += n * n;
+        for (double n : normal) length += n * n;
         length = std::sqrt(length);
-        if (length > 0)
-            sum.AddWithWeight(Point{{normal[0], normal[1], normal[2]}}, std::atan2(length, dot) / length);
+        if (length > 0) sum.AddWithWeight(Point{{normal[0], normal[1], normal[2]}}, std::atan2(length, dot) / length);
     }
 
     /* The vertex of `out` for one side: `original` itself for the first side that asks, a copy for the others. */
@@ -302,8 +286,7 @@ private:
     {
         bool taken = false;
         for (const Copy &copy : of_vertex) {
-            if (copy.original == original && copy.side == side)
-                return copy.index;
+            if (copy.original == original && copy.side == side) return copy.index;
             taken = taken || copy.original == original;
         }
         uint32_t index = original;
@@ -321,16 +304,13 @@ private:
     void append_copies()
     {
         size_t old = out.vertex_count, count = old + originals.size();
-        if (originals.empty())
-            return;
+        if (originals.empty()) return;
         grow(out.positions, 3 * count);
         grow(out.normals, 3 * count);
-        if (out.uvs)
-            grow(out.uvs, 2 * count);
+        if (out.uvs) grow(out.uvs, 2 * count);
         for (size_t i = 0; i < originals.size(); i++) {
             std::memcpy(out.positions + 3 * (old + i), out.positions + 3 * size_t(originals[i]), 3 * sizeof(float));
-            if (out.uvs)
-                std::memcpy(out.uvs + 2 * (old + i), out.uvs + 2 * size_t(originals[i]), 2 * sizeof(float));
+            if (out.uvs) std::memcpy(out.uvs + 2 * (old + i), out.uvs + 2 * size_t(originals[i]), 2 * sizeof(float));
         }
         std::memcpy(out.normals + 3 * old, copy_normals.data(), copy_normals.size() * sizeof(float));
         out.vertex_count = uint32_t(count);
@@ -339,8 +319,7 @@ private:
     static void grow(float *&numbers, size_t count)
     {
         float *larger = static_cast<float *>(std::realloc(numbers, count * sizeof(float)));
-        if (!larger)
-            throw std::bad_alloc();
+        if (!larger) throw std::bad_alloc();
         numbers = larger;
     }
 };
@@ -353,13 +332,11 @@ void spread_to_values(const Far::TopologyLevel &topology, subdivided &out, Mallo
 {
     out.vertex_count = uint32_t(topology.GetNumFVarValues(0));
     out.positions = allocate<float>(3 * size_t(out.vertex_count));
-    if (normals)
-        out.normals = allocate<float>(3 * size_t(out.vertex_count));
+    if (normals) out.normals = allocate<float>(3 * size_t(out.vertex_count));
     /* Loose vertices have a value that no face names. */
     for (uint32_t i = 0; i < out.vertex_count; i++) {
         std::memcpy(out.positions + 3 * size_t(i), positions.get(), 3 * sizeof(float));
-        if (normals)
-            std::memcpy(out.normals + 3 * size_t(i), normals.get(), 3 * sizeof(float));
+        if (normals) std::memcpy(out.normals + 3 * size_t(i), normals.get(), 3 * sizeof(float));
     }
     for (uint32_t face = 0; face < out.quad_count; face++) {
         Far::ConstIndexArray corners = topology.GetFaceVertices(int(face));
@@ -384,10 +361,8 @@ void subdivide_or_throw(const scene_mesh &mesh, int level, subdivided &out)
         Far::SetWarningCallback([](const char *) {});
     });
     for (uint32_t f = 0; f < mesh.face_count && level < 1; f++)
-        if (mesh.face_sizes[f] != 4)
-            level = 1;
-    if (subdivide_quads(&mesh, level) > QUADS_MAX)
-        throw std::runtime_error("too many quads");
+        if (mesh.face_sizes[f] != 4) level = 1;
+    if (subdivide_quads(&mesh, level) > QUADS_MAX) throw std::runtime_error("too many quads");
 
     std::unique_ptr<UvValues> uvs(mesh.uvs ? new UvValues(mesh) : nullptr);
     std::unique_ptr<Far::TopologyRefiner> refiner = make_refiner(mesh, uvs.get());
@@ -403,8 +378,7 @@ void subdivide_or_throw(const scene_mesh &mesh, int level, subdivided &out)
 
     std::vector<Point> points(mesh.vertex_count);
     for (uint32_t i = 0; i < mesh.vertex_count; i++)
-        for (int axis = 0; axis < 3; axis++)
-            points[i].v[axis] = mesh.positions[3 * size_t(i) + axis];
+        for (int axis = 0; axis < 3; axis++) points[i].v[axis] = mesh.positions[3 * size_t(i) + axis];
     refine(*refiner, points, false,
            [&](int l, Point *source, Point *finer) { interpolator.Interpolate(l, source, finer); });
     MallocFloats positions(allocate<float>(3 * size_t(topology.GetNumVertices())), std::free);
@@ -439,8 +413,7 @@ void subdivide_or_throw(const scene_mesh &mesh, int level, subdivided &out)
         out.vertex_count = uint32_t(topology.GetNumVertices());
         for (uint32_t face = 0; face < out.quad_count; face++) {
             Far::ConstIndexArray corners = topology.GetFaceVertices(int(face));
-            for (int i = 0; i < 4; i++)
-                out.quads[4 * size_t(face) + i] = uint32_t(corners[i]);
+            for (int i = 0; i < 4; i++) out.quads[4 * size_t(face) + i] = uint32_t(corners[i]);
         }
         out.positions = positions.release();
         out.normals = normals.release();
@@ -451,8 +424,7 @@ void subdivide_or_throw(const scene_mesh &mesh, int level, subdivided &out)
     }
 
     std::vector<uint32_t> slots(mesh.face_count, 0);
-    if (mesh.face_materials)
-        slots.assign(mesh.face_materials, mesh.face_materials + mesh.face_count);
+    if (mesh.face_materials) slots.assign(mesh.face_materials, mesh.face_materials + mesh.face_count);
     for (int l = 1; l <= refiner->GetMaxLevel(); l++) {
         std::vector<uint32_t> finer(refiner->GetLevel(l).GetNumFaces());
         interpolator.InterpolateFaceUniform(l, slots.data(), finer);

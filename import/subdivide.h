@@ -12,11 +12,11 @@
 struct subdivided {
     uint32_t vertex_count, quad_count;
     float *positions; /* 3 a vertex, on the limit surface */
-    float *normals;   /* 3 a vertex, unit, of the limit surface; NULL where the cage isn't smooth. Infinitely sharp edges
-                         have a normal a side */
-    float *uvs;       /* 2 a vertex, or NULL */
-    uint32_t *quads;  /* 4 vertices each */
-    uint32_t *slots;  /* material slot of each quad */
+    float *normals;  /* 3 a vertex, unit, of the limit surface; NULL where the cage isn't smooth. Infinitely sharp edges
+                        have a normal a side */
+    float *uvs;      /* 2 a vertex, or NULL */
+    uint32_t *quads; /* 4 vertices each */
+    uint32_t *slots; /* material slot of each quad */
 };
 
 #ifdef __cplusplus

@@ -12,18 +12,18 @@
 #define LEVEL_MAX 10
 #define NONE UINT32_MAX
 
-/* An edge nearer to the camera than this part of its length counts as if it were so far: else one that passes through the
- * camera would ask for infinitely many. */
+/* An edge nearer to the camera than this part of its length counts as if it were so far: else one that passes through
+ * the camera would ask for infinitely many. */
 #define NEAREST .25
 
 struct polygons {
     uint32_t face_count, corner_count;
-    uint32_t size_max;           /* corners of the largest face */
-    const uint32_t *face_sizes;  /* NULL: all 4 */
+    uint32_t size_max;          /* corners of the largest face */
+    const uint32_t *face_sizes; /* NULL: all 4 */
     const uint32_t *corners;
-    const float *positions;      /* 3 a vertex */
-    const float *normals;        /* 3 a corner; NULL: flat */
-    const float *uvs;            /* 2 a corner, 2 a vertex where uv_by_vertex, or NULL */
+    const float *positions; /* 3 a vertex */
+    const float *normals;   /* 3 a corner; NULL: flat */
+    const float *uvs;       /* 2 a corner, 2 a vertex where uv_by_vertex, or NULL */
     bool uv_by_vertex;
     const uint32_t *face_slots; /* NULL: all 0 */
 };
@@ -39,10 +39,8 @@ struct builder {
 static bool normalize(const double v[static 3], float unit[static 3])
 {
     double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    if (!(length > 0) || !isfinite(length))
-        return false;
-    for (int i = 0; i < 3; i++)
-        unit[i] = (float)(v[i] / length);
+    if (!(length > 0) || !isfinite(length)) return false;
+    for (int i = 0; i < 3; i++) unit[i] = (float)(v[i] / length);
     return true;
 }
 
@@ -53,7 +51,8 @@ static bool triangle_normal(const float *a, const float *b, const float *c, floa
         u[i] = (double)b[i] - a[i];
         v[i] = (double)c[i] - a[i];
     }
-    return normalize((double[3]){u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]}, unit);
+    return normalize((double[3]){u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]},
+                     unit);
 }
 
 static const float *corner_position(const struct polygons *p, uint32_t corner)
@@ -73,8 +72,7 @@ static void face_normal(const struct polygons *p, uint32_t corner, uint32_t size
             sum[axis] += ((double)b[u] - a[u]) * ((double)c[v] - a[v]) - ((double)b[v] - a[v]) * ((double)c[u] - a[u]);
         }
     }
-    if (!normalize(sum, unit))
-        memcpy(unit, (float[3]){0, 0, 1}, 3 * sizeof(float));
+    if (!normalize(sum, unit)) memcpy(unit, (float[3]){0, 0, 1}, 3 * sizeof(float));
 }
 
 static uint32_t add_vertex(struct triangles *out, const struct polygons *p, uint32_t corner, const float *normal)
@@ -93,8 +91,7 @@ static uint32_t shared_vertex(struct builder *b, const struct polygons *p, uint3
 {
     const float *given = p->normals + 3 * (size_t)corner;
     float normal[3];
-    if (!normalize((double[3]){given[0], given[1], given[2]}, normal))
-        memcpy(normal, facet, sizeof normal);
+    if (!normalize((double[3]){given[0], given[1], given[2]}, normal)) memcpy(normal, facet, sizeof normal);
     uint32_t *first = &b->first[p->corners[corner]];
     for (uint32_t i = *first; i != NONE; i = b->next[i])
         if (!memcmp(b->out->normals + 3 * (size_t)i, normal, sizeof normal) &&
@@ -118,18 +115,15 @@ static void add_flat_face(struct triangles *out, const struct polygons *p, uint3
                             corner_position(p, corner + cut[i + 2]), normal))
             plane = normal[0] * facet[0] + normal[1] * facet[1] + normal[2] * facet[2] > 1 - 1e-6f;
     if (plane) {
-        for (uint32_t i = 0; i < count; i++)
-            indices[i] = out->vertex_count + cut[i];
-        for (uint32_t i = 0; i < size; i++)
-            add_vertex(out, p, corner + i, facet);
+        for (uint32_t i = 0; i < count; i++) indices[i] = out->vertex_count + cut[i];
+        for (uint32_t i = 0; i < size; i++) add_vertex(out, p, corner + i, facet);
         return;
     }
     for (uint32_t i = 0; i < count; i += 3) {
         if (!triangle_normal(corner_position(p, corner + cut[i]), corner_position(p, corner + cut[i + 1]),
                              corner_position(p, corner + cut[i + 2]), normal))
             memcpy(normal, facet, sizeof normal);
-        for (int k = 0; k < 3; k++)
-            indices[i + k] = add_vertex(out, p, corner + cut[i + k], normal);
+        for (int k = 0; k < 3; k++) indices[i + k] = add_vertex(out, p, corner + cut[i + k], normal);
     }
 }
 
@@ -137,14 +131,14 @@ static void add_flat_face(struct triangles *out, const struct polygons *p, uint3
 static void shrink(float **numbers, size_t count)
 {
     float *smaller = realloc(*numbers, (count + 1) * sizeof **numbers);
-    if (smaller)
-        *numbers = smaller;
+    if (smaller) *numbers = smaller;
 }
 
 /* False where memory runs out; *out then holds what was allocated. */
 static bool add_polygons(const struct polygons *p, uint32_t vertex_count, struct triangles *out)
 {
-    size_t triangles = p->corner_count - 2 * (size_t)p->face_count, vertices = p->normals ? p->corner_count : 3 * triangles;
+    size_t triangles = p->corner_count - 2 * (size_t)p->face_count,
+           vertices = p->normals ? p->corner_count : 3 * triangles;
     out->positions = malloc((vertices + 1) * 3 * sizeof(float));
     out->normals = malloc((vertices + 1) * 3 * sizeof(float));
     out->uvs = p->uvs ? malloc((vertices + 1) * 2 * sizeof(float)) : NULL;
@@ -157,19 +151,16 @@ static bool add_polygons(const struct polygons *p, uint32_t vertex_count, struct
         b.first = malloc((vertex_count + (size_t)1) * sizeof *b.first);
         b.next = malloc((vertices + 1) * sizeof *b.next);
         ok = ok && b.first && b.next;
-        if (b.first)
-            memset(b.first, 0xff, vertex_count * sizeof *b.first); /* NONE */
+        if (b.first) memset(b.first, 0xff, vertex_count * sizeof *b.first); /* NONE */
     }
     for (uint32_t f = 0, corner = 0; ok && f < p->face_count; f++) {
         uint32_t size = p->face_sizes ? p->face_sizes[f] : 4;
         ok = triangulate_polygon(p->positions, p->corners + corner, size, cut);
-        if (!ok)
-            break;
+        if (!ok) break;
         float facet[3];
         face_normal(p, corner, size, facet);
         uint32_t *indices = out->indices + 3 * (size_t)out->triangle_count;
-        if (!p->normals)
-            add_flat_face(out, p, corner, size, facet, cut, indices);
+        if (!p->normals) add_flat_face(out, p, corner, size, facet, cut, indices);
         for (uint32_t i = 0; p->normals && i < 3 * (size - 2); i++)
             indices[i] = shared_vertex(&b, p, corner + cut[i], facet);
         for (uint32_t i = 0; i < size - 2; i++)
@@ -182,8 +173,7 @@ static bool add_polygons(const struct polygons *p, uint32_t vertex_count, struct
     if (ok) {
         shrink(&out->positions, 3 * (size_t)out->vertex_count);
         shrink(&out->normals, 3 * (size_t)out->vertex_count);
-        if (out->uvs)
-            shrink(&out->uvs, 2 * (size_t)out->vertex_count);
+        if (out->uvs) shrink(&out->uvs, 2 * (size_t)out->vertex_count);
     }
     return ok;
 }
@@ -194,14 +184,12 @@ static bool add_smooth_quads(struct subdivided *s, struct triangles *out)
     size_t triangles = 2 * (size_t)s->quad_count;
     out->indices = malloc((triangles + 1) * 3 * sizeof(uint32_t));
     out->slots = malloc((triangles + 1) * sizeof(uint32_t));
-    if (!out->indices || !out->slots)
-        return false;
+    if (!out->indices || !out->slots) return false;
     for (size_t q = 0; q < s->quad_count; q++) {
         const uint32_t *quad = s->quads + 4 * q;
         uint32_t cut[6];
         triangulate_polygon(s->positions, quad, 4, cut);
-        for (int i = 0; i < 6; i++)
-            out->indices[6 * q + i] = quad[cut[i]];
+        for (int i = 0; i < 6; i++) out->indices[6 * q + i] = quad[cut[i]];
         out->slots[2 * q] = out->slots[2 * q + 1] = s->slots[q];
     }
     out->vertex_count = s->vertex_count;
@@ -216,20 +204,23 @@ static bool add_smooth_quads(struct subdivided *s, struct triangles *out)
 static bool tessellate_cage(const struct scene_mesh *mesh, int level, struct triangles *out, char *error)
 {
     struct subdivided s;
-    if (!subdivide(mesh, level, &s, error))
-        return false;
+    if (!subdivide(mesh, level, &s, error)) return false;
     bool ok;
     if (s.normals) {
         ok = add_smooth_quads(&s, out);
     } else {
-        struct polygons polygons = {.face_count = s.quad_count, .corner_count = 4 * s.quad_count, .size_max = 4,
-                                    .corners = s.quads, .positions = s.positions, .uvs = s.uvs, .uv_by_vertex = true,
+        struct polygons polygons = {.face_count = s.quad_count,
+                                    .corner_count = 4 * s.quad_count,
+                                    .size_max = 4,
+                                    .corners = s.quads,
+                                    .positions = s.positions,
+                                    .uvs = s.uvs,
+                                    .uv_by_vertex = true,
                                     .face_slots = s.slots};
         ok = add_polygons(&polygons, s.vertex_count, out);
     }
     subdivide_free(&s);
-    if (!ok)
-        snprintf(error, SCENE_ERROR, "mesh \"%s\": out of memory at subdivision level %d", mesh->name, level);
+    if (!ok) snprintf(error, SCENE_ERROR, "mesh \"%s\": out of memory at subdivision level %d", mesh->name, level);
     return ok;
 }
 
@@ -240,9 +231,14 @@ bool tessellate(const struct scene_mesh *mesh, int level, struct triangles *out,
     if (mesh->subdivided && mesh->face_count) {
         ok = tessellate_cage(mesh, level, out, error);
     } else {
-        struct polygons polygons = {.face_count = mesh->face_count, .corner_count = mesh->corner_count, .size_max = 3,
-                                    .face_sizes = mesh->face_sizes, .corners = mesh->corners,
-                                    .positions = mesh->positions, .normals = mesh->normals, .uvs = mesh->uvs,
+        struct polygons polygons = {.face_count = mesh->face_count,
+                                    .corner_count = mesh->corner_count,
+                                    .size_max = 3,
+                                    .face_sizes = mesh->face_sizes,
+                                    .corners = mesh->corners,
+                                    .positions = mesh->positions,
+                                    .normals = mesh->normals,
+                                    .uvs = mesh->uvs,
                                     .face_slots = mesh->face_materials};
         for (uint32_t f = 0; f < mesh->face_count; f++)
             polygons.size_max = mesh->face_sizes[f] > polygons.size_max ? mesh->face_sizes[f] : polygons.size_max;
@@ -251,8 +247,7 @@ bool tessellate(const struct scene_mesh *mesh, int level, struct triangles *out,
             snprintf(error, SCENE_ERROR, "mesh \"%s\": out of memory for %u triangles", mesh->name,
                      mesh->corner_count - 2 * mesh->face_count);
     }
-    if (!ok)
-        triangles_free(out);
+    if (!ok) triangles_free(out);
     return ok;
 }
 
@@ -269,15 +264,14 @@ void triangles_free(struct triangles *triangles)
 static void transform_point(const float m[static 12], const float *p, double out[static 3])
 {
     for (int row = 0; row < 3; row++)
-        out[row] = (double)m[4 * row] * p[0] + (double)m[4 * row + 1] * p[1] + (double)m[4 * row + 2] * p[2] +
-                   m[4 * row + 3];
+        out[row] =
+            (double)m[4 * row] * p[0] + (double)m[4 * row + 1] * p[1] + (double)m[4 * row + 2] * p[2] + m[4 * row + 3];
 }
 
 int tessellate_level(const struct scene_mesh *mesh, const float transform[static 12], const struct scene_camera *camera,
                      float edge_pixels)
 {
-    if (!mesh->subdivided)
-        return 0;
+    if (!mesh->subdivided) return 0;
     const double eye[3] = {camera->transform[3], camera->transform[7], camera->transform[11]};
     double longest = 0; /* length over distance: radians */
     for (uint32_t f = 0, corner = 0; f < mesh->face_count; corner += mesh->face_sizes[f++]) {
@@ -297,9 +291,7 @@ int tessellate_level(const struct scene_mesh *mesh, const float transform[static
     }
     double pixels = longest * camera->height / ((double)camera->window[3] - camera->window[2]);
     int level = 0;
-    while (level < LEVEL_MAX && ldexp(pixels, -level) > edge_pixels)
-        level++;
-    while (level > 0 && 2 * subdivide_quads(mesh, level) > TESSELLATE_TRIANGLES)
-        level--;
+    while (level < LEVEL_MAX && ldexp(pixels, -level) > edge_pixels) level++;
+    while (level > 0 && 2 * subdivide_quads(mesh, level) > TESSELLATE_TRIANGLES) level--;
     return level;
 }

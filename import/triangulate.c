@@ -31,26 +31,21 @@ static double turn(const struct ring_corner *a, const struct ring_corner *b, con
     return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x);
 }
 
-static bool same_place(const struct ring_corner *a, const struct ring_corner *b)
-{
-    return a->x == b->x && a->y == b->y;
-}
-
 /* True where no other corner of the ring lies in the triangle at corner b. Only a reflex corner can. */
 static bool is_empty(const struct ring_corner *ring, uint32_t b)
 {
     const struct ring_corner *pa = &ring[ring[b].previous], *pb = &ring[b], *pc = &ring[ring[b].next];
     for (uint32_t i = pc->next; i != pb->previous; i = ring[i].next) {
         const struct ring_corner *p = &ring[i];
-        if (turn(&ring[p->previous], p, &ring[p->next]) <= 0 && !same_place(p, pa) && !same_place(p, pb) &&
-            !same_place(p, pc) && turn(pa, pb, p) >= 0 && turn(pb, pc, p) >= 0 && turn(pc, pa, p) >= 0)
+        if (turn(&ring[p->previous], p, &ring[p->next]) <= 0 && turn(pa, pb, p) >= 0 && turn(pb, pc, p) >= 0 &&
+            turn(pc, pa, p) >= 0)
             return false;
     }
     return true;
 }
 
-/* The corner to clip: the next ear from `start` on; failing that (crossing or flat polygons) the next corner that doesn't
- * turn right; failing that `start`. */
+/* The corner to clip: the next ear from `start` on; failing that (crossing or flat polygons) the next corner that
+ * doesn't turn right; failing that `start`. */
 static uint32_t find_ear(const struct ring_corner *ring, uint32_t start)
 {
     uint32_t straight = start;
@@ -58,8 +53,7 @@ static uint32_t find_ear(const struct ring_corner *ring, uint32_t start)
     uint32_t i = start;
     do {
         double area = turn(&ring[ring[i].previous], &ring[i], &ring[ring[i].next]);
-        if (area > 0 && is_empty(ring, i))
-            return i;
+        if (area > 0 && is_empty(ring, i)) return i;
         if (area >= 0 && !found) {
             straight = i;
             found = true;
@@ -101,16 +95,14 @@ bool triangulate_polygon(const float *positions, const uint32_t *corners, uint32
     }
     if (size == 4) {
         const float *p[4];
-        for (int i = 0; i < 4; i++)
-            p[i] = positions + 3 * (size_t)corners[i];
+        for (int i = 0; i < 4; i++) p[i] = positions + 3 * (size_t)corners[i];
         bool folds = quad_folds(p[0], p[1], p[2], p[3]);
         *out++ = 0, *out++ = 1, *out++ = folds ? 3 : 2;
         *out++ = folds ? 1 : 0, *out++ = 2, *out++ = 3;
         return true;
     }
     struct ring_corner *ring = malloc(size * sizeof *ring);
-    if (!ring)
-        return false;
+    if (!ring) return false;
     project(positions, corners, size, ring);
     uint32_t start = 1;
     for (uint32_t left = size; left > 3; left--) {

@@ -123,8 +123,16 @@ bool emitter_sample(const struct emitter *emitter, float3 p, const float u[stati
             high = middle;
     }
     const struct emitter_triangle *t = &e->triangles[low];
-    float root = sqrtf(u[1]);
-    float3 q = mad(mad(t->a, t->ab, root * (1 - u[2])), t->ac, root * u[2]);
+    /* Heitz, "A Low-Distortion Map Between Triangle and Square", 2019: strata of u stay compact. */
+    float x = u[1], y = u[2];
+    if (y > x) {
+        x *= .5f;
+        y -= x;
+    } else {
+        y *= .5f;
+        x -= y;
+    }
+    float3 q = mad(mad(t->a, t->ab, x), t->ac, y);
     float3 ng = normalize(cross(t->ab, t->ac)), to = sub(q, p);
     float side = dot(to, ng);
     if (side == 0 || (side > 0 && t->front_only))

@@ -25,8 +25,8 @@ struct film {
 bool film_alloc(struct film *film, int width, int height, bool cache);
 void film_free(struct film *film);
 
-/* The AOVs as channels "ViewLayer.Combined.R" … : Combined, Direct, Indirect, Emission, Albedo, Normal, Depth, and with a
- * cache Records and EASCount. False where memory runs out. */
+/* The AOVs as channels "ViewLayer.Combined.R" … : Combined, Direct, Indirect, Emission, Albedo, Normal, Depth (1e10
+ * where nothing is hit), and with a cache Records and EASCount. False where memory runs out. */
 bool film_image(const struct film *film, struct image *image);
 
 #endif

@@ -82,7 +82,8 @@ static bool read_pixels(const char *path, struct image *image, char *error)
     std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
     if (!input) return fail(error, "%s: cannot be read as a picture: %s", path, OIIO::geterror().c_str());
     const OIIO::ImageSpec &spec = input->spec();
-    if (spec.depth > 1 || spec.deep) return fail(error, "%s: found a volume or deep picture, expected a flat one", path);
+    if (spec.depth > 1 || spec.deep)
+        return fail(error, "%s: found a volume or deep picture, expected a flat one", path);
     if (!image_alloc(image, spec.width, spec.height, spec.nchannels))
         return fail(error, "%s: out of memory for %d x %d pixels of %d channels", path, spec.width, spec.height,
                     spec.nchannels);

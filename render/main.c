@@ -24,7 +24,7 @@ static void remove_unfinished(int signal)
     raise(signal); /* SA_RESETHAND: now ends the program, and the shell learns by what */
 }
 
-/* From now on a signal that ends the program leaves no part of `path` behind. Also says early whether it can be written. */
+/* From now on a signal that ends the program leaves no part of `path` behind. Says early whether it can be written. */
 static bool prepare_output(const char *path, char error[static IMAGE_ERROR])
 {
     char folder[PATH_MAX];
@@ -64,7 +64,8 @@ static void scene_name(const char *path, char *name, size_t size)
 }
 
 /* Header: all that the pixels depend on, and nothing else, so that equal pictures are equal files. */
-static bool write_picture(const struct options *options, const struct image *image, int spp, char error[static IMAGE_ERROR])
+static bool write_picture(const struct options *options, const struct image *image, int spp,
+                          char error[static IMAGE_ERROR])
 {
     char scene[256], spp_text[16], seed[32];
     scene_name(options->scene, scene, sizeof scene);
@@ -137,7 +138,8 @@ static int command_render(struct options *options)
 /* The pictures of a comparison; those not given stay empty. */
 enum { IMAGE, IMAGE2, REFERENCE, REFERENCE2, IMAGES };
 
-static int compare_images(const struct options *options, struct image images[static IMAGES], char error[static IMAGE_ERROR])
+static int compare_images(const struct options *options, struct image images[static IMAGES],
+                          char error[static IMAGE_ERROR])
 {
     const char *paths[IMAGES] = {options->image, options->image2, options->reference, options->reference2};
     struct compare_input input = {.layer = options->layer};

@@ -12,8 +12,8 @@
 enum key { KEY_STATS = 256, KEY_THREADS, KEY_SEED, KEY_SPP, KEY_SIZE, KEY_IMAGE2, KEY_REFERENCE2, KEY_JSON, KEY_LAYER };
 
 static const char about[] =
-    "Renders glossy scenes with a radiance cache, and measures pictures against each other. `burnish render --help' and "
-    "`burnish compare --help' say more.\v"
+    "Renders glossy scenes with a radiance cache, and measures pictures against each other. `burnish render --help' "
+    "and `burnish compare --help' say more.\v"
     "Exit status: 0 done, 2 wrong usage, 3 an input file is missing or wrong, 4 out of memory or the output cannot be "
     "written.";
 
@@ -97,7 +97,8 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
 }
 
 static const struct argp_option compare_arguments[] = {
-    {"image2", KEY_IMAGE2, "FILE", 0, "an independent second half of the picture: takes its noise out of the errors", 0},
+    {"image2", KEY_IMAGE2, "FILE", 0,
+     "an independent second half of the picture: takes its noise out of the errors", 0},
     {"reference2", KEY_REFERENCE2, "FILE", 0, "the same for the reference", 0},
     {"layer", KEY_LAYER, "NAME", 0, "Combined, Direct, Indirect … (Combined)", 0},
     {"difference", 'd', "OUT.png", 0, "write a false-colour picture of the errors", 0},
@@ -132,7 +133,7 @@ static const struct argp render_command = {
     "Renders the scene in a folder (import/FORMAT.md).", NULL, NULL, NULL};
 static const struct argp compare_command = {
     compare_arguments, parse_compare, "IMAGE REFERENCE",
-    "Prints the errors of a picture against a reference (render/compare.h), with and without the directly seen emitters.",
+    "Prints the errors of a picture against a reference (render/compare.h), without directly seen emitters and with.",
     NULL, NULL, NULL};
 
 /* The first word chooses the command; all after it is that command's. */

@@ -24,8 +24,8 @@ struct options {
     bool json;
 };
 
-/* Fills *options with strings of argv, or ends the program as argp does: 2 and one sentence on stderr on a usage error, 0
- * after --help and --version. Changes argv. */
+/* Fills *options with strings of argv, or ends the program as argp does: 2 and one sentence on stderr on a usage
+ * error, 0 after --help and --version. Changes argv. */
 void options_parse(int argc, char **argv, struct options *options);
 
 #endif

@@ -26,7 +26,8 @@ const char *stats_method(enum render_method method);
 bool stats_write(const struct stats *stats, const struct options *options, const struct progress *progress,
                  char error[static IMAGE_ERROR]);
 
-/* Prints the errors as a table, or as JSON: those of the masked set at the top level, those of all pixels under "all". */
+/* Prints the errors as a table, or as JSON: those of the masked set at the top level, those of all pixels under "all".
+ * False where memory or the file's place runs out. */
 bool stats_print_compare(FILE *file, const struct compare_result *result, bool json);
 
 #endif

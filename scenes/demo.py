@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What scenes/demo runs once all is built: renders each scene by each method, prints one table, writes it as results.csv
-and a picture a scene: EAS | path | Cycles | false-colour error of EAS.
+"""What scenes/demo runs once all is built: renders each scene by each method, prints one table, writes it as
+results.csv, and a picture a scene: EAS | path | Cycles | false-colour error of EAS.
 
-Errors are those of render/compare.h without directly seen emitters, ours against our path tracer's stored reference halves,
-those of Cycles against its own; the row "path ref. - Cycles ref." is the difference of the two references, both noises
-taken out. FLIP is LDR-FLIP of all pixels as the view transform "Standard" shows them, against the mean of the halves, whose
-noise stays in it. Times are from the parsed scene to pixels, user CPU seconds; MB are the caches.
+Errors are those of render/compare.h without directly seen emitters, ours against our path tracer's stored reference
+halves, those of Cycles against its own; the row "path ref. - Cycles ref." is the difference of the two references, both
+noises taken out. FLIP is LDR-FLIP of all pixels as the view transform "Standard" shows them, against the mean of the
+halves, whose noise stays in it. Times are from the parsed scene to pixels, user CPU seconds; MB are the caches.
 """
 import argparse
 import csv
@@ -20,15 +20,16 @@ import run
 SCENES = ("cornell", "monkey", "material_ball")
 METHODS = {"eas": "EAS", "hybrid": "hybrid", "path": "path", "cycles": "Cycles", "cycles_oidn": "Cycles + OIDN"}
 SAMPLES = {"eas": 16, "hybrid": 16, "path": 64, "cycles": 64, "cycles_oidn": 16}
-COLUMNS = ("scene", "method", "spp", "threads", "CPU s", "wall s", "CV(RMSE)", "relMSE", "FLIP", "records", "EAS a record",
-           "MB")
+COLUMNS = ("scene", "method", "spp", "threads", "CPU s", "wall s", "CV(RMSE)", "relMSE", "FLIP", "records",
+           "EAS a record", "MB")
 
 
 def parse_options():
     parser = argparse.ArgumentParser(prog="scenes/demo", description="Renders the demo's scenes by every method.")
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help=", ".join(SCENES) + "; all by default")
     parser.add_argument("--out", default=os.path.join(run.ROOT, "build", "demo"), metavar="DIR")
-    parser.add_argument("--threads", type=int, default=run.cores(), metavar="N", help="for every method; all cores by default")
+    parser.add_argument("--threads", type=int, default=run.cores(), metavar="N",
+                        help="for every method; all cores by default")
     options = parser.parse_args()
     for name in options.scenes:
         if name not in SCENES:
@@ -45,11 +46,11 @@ def render(name, method, scene, out, threads):
     return run.burnish(scene, out, method, SAMPLES[method], threads)
 
 
-def row(name, method, out, stats, errors, flip):
+def row(name, method, stats, errors, flip):
     cache = method in ("eas", "hybrid")
     return {"scene": name, "method": METHODS[method], "spp": SAMPLES[method], "threads": stats["threads"],
-            "CPU s": f"{stats['cpu_s']:.1f}", "wall s": f"{stats['wall_s']:.1f}", "CV(RMSE)": f"{errors['cv_rmse']:.4f}",
-            "relMSE": f"{errors['relmse']:.5f}", "FLIP": f"{flip:.4f}",
+            "CPU s": f"{stats['cpu_s']:.1f}", "wall s": f"{stats['wall_s']:.1f}",
+            "CV(RMSE)": f"{errors['cv_rmse']:.4f}", "relMSE": f"{errors['relmse']:.5f}", "FLIP": f"{flip:.4f}",
             "records": stats["records"] if cache else "",
             "EAS a record": f"{stats['eas_per_record']:.0f}" if method == "eas" else "",
             "MB": f"{stats['cache_bytes'] / 1e6:.1f}" if cache else ""}
@@ -80,7 +81,7 @@ def run_scene(name, options, step):
         stats = render(name, method, scene, out, options.threads)
         kind = "cycles" if method.startswith("cycles") else "path"
         errors = run.compare(out, halves[kind], difference=difference if method == "eas" else None)
-        rows.append(row(name, method, out, stats, errors, pictures.flip(pictures.read(out), means[kind])))
+        rows.append(row(name, method, stats, errors, pictures.flip(pictures.read(out), means[kind])))
         labels[method] = [METHODS[method], f"CPU {stats['cpu_s']:.1f} s, CV(RMSE) {errors['cv_rmse']:.3f}"]
     rows.append(reference_row(name, means))
     panels = [(labels[method], pictures.display(pictures.read(os.path.join(folder, method + ".exr"))))

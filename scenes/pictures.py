@@ -47,7 +47,8 @@ def display(linear):
 
 def flip(picture, reference):
     """Mean LDR-FLIP of two linear pictures as display() shows them."""
-    return float(flip_evaluator.evaluate(display(reference), display(picture), "LDR", inputsRGB=True, applyMagma=False)[1])
+    _, mean, _ = flip_evaluator.evaluate(display(reference), display(picture), "LDR", inputsRGB=True, applyMagma=False)
+    return float(mean)
 
 
 def strip(path, panels):

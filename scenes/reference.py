@@ -4,8 +4,8 @@
     build/venv/bin/python scenes/reference.py NAME --path SPP --cycles SPP [--threads N]
 
 Writes scenes/NAME/reference/{path,cycles}_{a,b}.exr, 16-bit floats: Combined, and Emission (what is seen directly of
-emitters and background), which is our path tracer's in all four, so that all are masked alike. Seeds 1 and 2; the demo's
-pictures use 0. scenes/NAME/reference/samples.json keeps the samples a pixel.
+emitters and background), which is our path tracer's in all four, so that all are masked alike. Seeds 1 and 2; the
+demo's pictures use 0. scenes/NAME/reference/samples.json keeps the samples a pixel.
 """
 import argparse
 import json
@@ -40,9 +40,10 @@ def main():
                     run.cycles(options.name, out, samples, options.threads, seed)
                 combined = pictures.read(out)
                 if numpy.abs(combined).max() > 65504:
-                    raise SystemExit(f"{options.name}: a pixel is {numpy.abs(combined).max():g}, too bright for 16 bits")
-                pictures.write_half(os.path.join(folder, f"{method}_{half}.exr"), {"Combined": combined, "Emission": emission})
-                print(f"{options.name}: {method}_{half}.exr, {samples} samples a pixel", flush=True)
+                    raise SystemExit(f"{options.name}: a pixel of {combined.max():g} is too bright for 16 bits")
+                file = f"{method}_{half}.exr"
+                pictures.write_half(os.path.join(folder, file), {"Combined": combined, "Emission": emission})
+                print(f"{options.name}: {file}, {samples} samples a pixel", flush=True)
     with open(os.path.join(folder, "samples.json"), "w", encoding="utf-8") as file:
         json.dump({"path": options.path, "cycles": options.cycles}, file)
         file.write("\n")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the stages on a scene of this folder: export, burnish, Cycles, comparison. Each ends the script where it fails."""
+"""Runs the stages on a scene of this folder: export, burnish, Cycles, compare. Each ends the script where it fails."""
 import json
 import os
 import subprocess
@@ -54,8 +54,8 @@ def burnish(scene, out, method, samples, threads, seed=0):
 def cycles(name, out, samples, threads, seed=0, denoise=False):
     """Renders the .blend with Cycles and returns the numbers of its --stats."""
     stats = out.replace(".exr", ".json")
-    _python("cycles.py", blend(name), "-o", out, "--spp", samples, "--threads", threads, "--seed", seed, "--stats", stats,
-            *["--denoise"] * denoise)
+    _python("cycles.py", blend(name), "-o", out, "--spp", samples, "--threads", threads, "--seed", seed,
+            "--stats", stats, *["--denoise"] * denoise)
     with open(stats, encoding="utf-8") as file:
         return json.load(file)
 

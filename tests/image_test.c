@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Pictures in and out: what is written is what is read, the same bytes every time, and nothing is left after a failure. */
+/* Pictures in and out: what is written is what is read, the same bytes every time, nothing left after a failure. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

@@ -79,8 +79,7 @@ static void expect_error(const char *fragment)
     struct scene scene;
     char error[SCENE_ERROR] = "";
     memset(&scene, 0xff, sizeof scene);
-    if (scene_read(folder, &scene, error))
-        fail_msg("read without an error, expected \"%s\"", fragment);
+    if (scene_read(folder, &scene, error)) fail_msg("read without an error, expected \"%s\"", fragment);
     if (!strstr(error, fragment) || !strstr(error, folder) || strchr(error, '\n'))
         fail_msg("\"%s\" lacks \"%s\"", error, fragment);
     assert_memory_equal(&scene, &empty, sizeof scene);
@@ -89,8 +88,7 @@ static void expect_error(const char *fragment)
 static void write_json(const char *find, const char *replace)
 {
     char *text = malloc(1 << 16), *place = strstr(json, find);
-    if (!place)
-        fail_msg("the example lacks %s", find);
+    if (!place) fail_msg("the example lacks %s", find);
     int size = snprintf(text, 1 << 16, "%.*s%s%s", (int)(place - json), json, replace, place + strlen(find));
     write_whole("scene.json", text, size);
     free(text);
@@ -101,8 +99,7 @@ static void reads_the_example(void **state)
     (void)state;
     struct scene s;
     char error[SCENE_ERROR];
-    if (!scene_read(EXAMPLE, &s, error))
-        fail_msg("%s", error);
+    if (!scene_read(EXAMPLE, &s, error)) fail_msg("%s", error);
     const float camera[12] = {1, 0, 0, 0, 0, 0, -1, -4, 0, 1, 0, 1};
     assert_memory_equal(s.camera.transform, camera, sizeof camera);
     assert_true(s.camera.window[0] == -.325f && s.camera.window[3] == .325f);
@@ -172,18 +169,15 @@ static void reads_without_the_optional(void **state)
     char error[SCENE_ERROR];
     write_whole("scene.bin", buffer, buffer_bytes);
     write_json("\"world\": {\"radiance\": [1, 1, 1], \"texture\": 0, \"transform\": [1,0,0,0, 0,1,0,0, 0,0,1,0]},", "");
-    if (!scene_read(folder, &s, error))
-        fail_msg("%s", error);
+    if (!scene_read(folder, &s, error)) fail_msg("%s", error);
     assert_true(s.world.radiance[0] == 0 && s.world.texture == SCENE_NONE && s.world.transform[0] == 1);
     scene_free(&s);
     write_json("\"materials\": [0, 3]", "\"materials\": []");
-    if (!scene_read(folder, &s, error))
-        fail_msg("%s", error);
+    if (!scene_read(folder, &s, error)) fail_msg("%s", error);
     assert_int_equal(s.objects[0].slot_count, 0);
     scene_free(&s);
     write_json(", \"spread\": 3.1415927", "");
-    if (!scene_read(folder, &s, error))
-        fail_msg("%s", error);
+    if (!scene_read(folder, &s, error)) fail_msg("%s", error);
     assert_true(s.lights[0].spread == (float)M_PI);
     scene_free(&s);
 }
@@ -191,7 +185,8 @@ static void reads_without_the_optional(void **state)
 static void names_faults_of_the_document(void **state)
 {
     (void)state;
-    static const char *const faults[][3] = { /* find, replace, what the error says */
+    static const char *const faults[][3] = {
+        /* find, replace, what the error says */
         {"\"up\": \"z\",", "\"up\" \"z\",", "scene.json:4:"},
         {"\"up\": \"z\",", "\"up\": \"z\",\n\"up\": \"z\",", "scene.json:5:"},
         {"\"up\": \"z\",", "\"up\": \"z\",\"up\": \"z\",", "duplicate object key"},
@@ -254,8 +249,10 @@ static void names_faults_of_the_document(void **state)
         {"\"corners\": 2", "\"corners\": 7", "meshes[0].corners: found 6 corners, expected 7"},
         {"\"uvs\": 9", "\"uvs\": 9, \"normals\": 10", "meshes[1].normals: view 10 holds uint2"},
         {"\"uvs\": 4, \"face_materials\": 5",
-         "\"uvs\": 4, \"subdivision\": {\"scheme\": \"bilinear\", \"boundary\": \"edge-only\", \"uv_boundary\": \"all\","
-         "\"smooth\": true}", "meshes[0].normals: found normals, expected none: the mesh is a cage"},
+         "\"uvs\": 4, \"subdivision\": {\"scheme\": \"bilinear\", \"boundary\": \"edge-only\", \"uv_boundary\": "
+         "\"all\","
+         "\"smooth\": true}",
+         "meshes[0].normals: found normals, expected none: the mesh is a cage"},
         {"\"catmull-clark\"", "\"loop\"", "meshes[1].subdivision.scheme: found \"loop\""},
         {"\"crease_sharpness\": 11,", "", "meshes[1].subdivision.crease_sharpness: found nothing"},
         {"\"crease_sharpness\": 11", "\"crease_sharpness\": 13", "crease_sharpness: found 1 elements, expected 4"},
@@ -278,7 +275,8 @@ static void names_faults_of_the_document(void **state)
         {"\"file\": \"scene.bin\"", "\"file\": \"mesh.bin\"", "mesh.bin cannot be opened: No such file"},
         {"\"file\": \"scene.bin\"", "\"file\": \"textures\"", "is not a file"},
         {"\"offset\": 60", "\"offset\": 62", "views[1].offset: found 62, expected a multiple of 4"},
-        {"\"offset\": 704, \"count\": 1", "\"offset\": 704, \"count\": 2", "views[13]: ends at byte 712, but the buffer has 708"},
+        {"\"offset\": 704, \"count\": 1", "\"offset\": 704, \"count\": 2",
+         "views[13]: ends at byte 712, but the buffer has 708"},
         {"\"offset\": 704", "\"offset\": 4503599627370496", "views[13]: ends at byte"},
         {"\"count\": 5", "\"count\": -5", "views[0].count: found -5"},
         {"\"count\": 5", "\"count\": 2147483647", "views[0]: ends at byte"},
@@ -299,7 +297,11 @@ static void names_faults_of_the_buffer(void **state)
 {
     (void)state;
     const uint32_t nan_bits = 0x7fc00000, infinity_bits = 0xff800000, minus_one_bits = 0xbf800000;
-    const struct { size_t offset; uint32_t bits; const char *fragment; } faults[] = {
+    const struct {
+        size_t offset;
+        uint32_t bits;
+        const char *fragment;
+    } faults[] = {
         {12, nan_bits, "meshes[0].positions: mesh \"House\": element 1 of view 0 holds nan"},
         {12 * 4 + 8, infinity_bits, "meshes[0].positions: mesh \"House\": element 4 of view 0 holds -inf"},
         {96 + 12 * 6, nan_bits, "meshes[0].normals: mesh \"House\": element 6 of view 3 holds nan"},

@@ -27,9 +27,15 @@ static const float sharp[12] = {10, 10, 10, 10, 10, 10, 10, 10, 10, 10, 10, 10};
 
 static struct scene_mesh cube(void)
 {
-    return (struct scene_mesh){.name = "cube", .vertex_count = 8, .face_count = 6, .corner_count = 24,
-                               .positions = cube_positions, .face_sizes = cube_sizes, .corners = cube_corners,
-                               .subdivided = true, .smooth = true};
+    return (struct scene_mesh){.name = "cube",
+                               .vertex_count = 8,
+                               .face_count = 6,
+                               .corner_count = 24,
+                               .positions = cube_positions,
+                               .face_sizes = cube_sizes,
+                               .corners = cube_corners,
+                               .subdivided = true,
+                               .smooth = true};
 }
 
 /* A grid of unit squares over [0, GRID]^2 with heights; uv = (x, y) / GRID. */
@@ -57,9 +63,16 @@ static void make_grid(struct grid *g, double height(int x, int y))
                 memcpy(g->normals + 12 * f + 3 * i, (float[3]){0, 0, 2}, 3 * sizeof(float));
             }
         }
-    g->mesh = (struct scene_mesh){.name = "grid", .vertex_count = (GRID + 1) * (GRID + 1), .face_count = GRID * GRID,
-                                  .corner_count = 4 * GRID * GRID, .positions = g->positions, .face_sizes = g->sizes,
-                                  .corners = g->corners, .uvs = g->uvs, .subdivided = true, .smooth = true};
+    g->mesh = (struct scene_mesh){.name = "grid",
+                                  .vertex_count = (GRID + 1) * (GRID + 1),
+                                  .face_count = GRID * GRID,
+                                  .corner_count = 4 * GRID * GRID,
+                                  .positions = g->positions,
+                                  .face_sizes = g->sizes,
+                                  .corners = g->corners,
+                                  .uvs = g->uvs,
+                                  .subdivided = true,
+                                  .smooth = true};
 }
 
 static double flat_height(int x, int y) { return 0 * (x + y); }
@@ -70,42 +83,32 @@ static double triangle_area(const struct triangles *t, uint32_t i, double normal
 {
     const float *p[3];
     double u[3], v[3];
-    for (int k = 0; k < 3; k++)
-        p[k] = t->positions + 3 * (size_t)t->indices[3 * i + k];
+    for (int k = 0; k < 3; k++) p[k] = t->positions + 3 * (size_t)t->indices[3 * i + k];
     for (int k = 0; k < 3; k++) {
         u[k] = (double)p[1][k] - p[0][k];
         v[k] = (double)p[2][k] - p[0][k];
     }
-    for (int k = 0; k < 3; k++)
-        normal[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+    for (int k = 0; k < 3; k++) normal[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
     double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-    for (int k = 0; k < 3 && length > 0; k++)
-        normal[k] /= length;
+    for (int k = 0; k < 3 && length > 0; k++) normal[k] /= length;
     return length / 2;
 }
 
-static double dot(const float *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+static double dot(const float *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /* Tessellates; finite unit normals, indices in range, every vertex of a mesh without loose ones used. */
 static struct triangles tessellated(const struct scene_mesh *mesh, int level)
 {
     struct triangles t;
     char error[SCENE_ERROR];
-    if (!tessellate(mesh, level, &t, error))
-        fail_msg("%s", error);
+    if (!tessellate(mesh, level, &t, error)) fail_msg("%s", error);
     assert_true(!t.uvs == !mesh->uvs);
-    for (uint32_t i = 0; i < 3 * t.triangle_count; i++)
-        assert_true(t.indices[i] < t.vertex_count);
+    for (uint32_t i = 0; i < 3 * t.triangle_count; i++) assert_true(t.indices[i] < t.vertex_count);
     for (uint32_t i = 0; i < t.vertex_count; i++) {
         const float *n = t.normals + 3 * i;
         assert_true(fabs(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] - 1.) < 1e-5);
-        for (int k = 0; k < 3; k++)
-            assert_true(isfinite(t.positions[3 * i + k]));
-        for (int k = 0; t.uvs && k < 2; k++)
-            assert_true(isfinite(t.uvs[2 * i + k]));
+        for (int k = 0; k < 3; k++) assert_true(isfinite(t.positions[3 * i + k]));
+        for (int k = 0; t.uvs && k < 2; k++) assert_true(isfinite(t.uvs[2 * i + k]));
     }
     return t;
 }
@@ -113,8 +116,7 @@ static struct triangles tessellated(const struct scene_mesh *mesh, int level)
 static double total_area(const struct triangles *t)
 {
     double sum = 0, normal[3];
-    for (uint32_t i = 0; i < t->triangle_count; i++)
-        sum += triangle_area(t, i, normal);
+    for (uint32_t i = 0; i < t->triangle_count; i++) sum += triangle_area(t, i, normal);
     return sum;
 }
 
@@ -123,16 +125,15 @@ static uint32_t vertex_at(const struct triangles *t, double x, double y, double 
 {
     for (uint32_t i = 0; i < t->vertex_count; i++) {
         const float *p = t->positions + 3 * i;
-        if (fabs(p[0] - x) < 1e-6 && fabs(p[1] - y) < 1e-6 && fabs(p[2] - z) < 1e-6)
-            return i;
+        if (fabs(p[0] - x) < 1e-6 && fabs(p[1] - y) < 1e-6 && fabs(p[2] - z) < 1e-6) return i;
     }
     fail_msg("no vertex at (%g, %g, %g)", x, y, z);
     return 0;
 }
 
-/* A corner of the cube (valence n = 3) moves to (n^2 v + 4 sum e + sum f) / (n (n + 5)) = (9 + 4 - 1) / 24 = 1/2 on each
- * axis; the centre of a face, where the first step puts a vertex of valence 4 between edge points (3/4, 3/4, 0) and vertex
- * points 5/9, to (16 + 4 * 3 + 4 * 5/9) / 36 = 68/81. Halstead, Kass, DeRose 1993, section 3. */
+/* A corner of the cube (valence n = 3) moves to (n^2 v + 4 sum e + sum f) / (n (n + 5)) = (9 + 4 - 1) / 24 = 1/2 on
+ * each axis; the centre of a face, where the first step puts a vertex of valence 4 between edge points (3/4, 3/4, 0)
+ * and vertex points 5/9, to (16 + 4 * 3 + 4 * 5/9) / 36 = 68/81. Halstead, Kass, DeRose 1993, section 3. */
 static void cube_reaches_its_limit(void **state)
 {
     (void)state;
@@ -144,8 +145,7 @@ static void cube_reaches_its_limit(void **state)
         for (int k = 0; k < 8; k++) {
             const float *p = cube_positions + 3 * k;
             const float *n = t.normals + 3 * vertex_at(&t, .5 * p[0], .5 * p[1], .5 * p[2]);
-            for (int axis = 0; axis < 3; axis++)
-                assert_true(fabs(n[axis] - p[axis] / sqrt(3)) < 1e-6);
+            for (int axis = 0; axis < 3; axis++) assert_true(fabs(n[axis] - p[axis] / sqrt(3)) < 1e-6);
         }
         for (int k = 0; k < 6 && level > 0; k++) {
             double centre[3] = {0};
@@ -175,8 +175,8 @@ static void b_spline(double t, double value[4], double slope[4])
     memcpy(slope, d, sizeof d);
 }
 
-/* Inside a regular grid the limit surface is the bicubic B-spline of the heights, exact normals included; x and y, being
- * linear, and the UVs, where no boundary is in reach, stay as they are. */
+/* Inside a regular grid the limit surface is the bicubic B-spline of the heights, exact normals included; x and y,
+ * being linear, and the UVs, where no boundary is in reach, stay as they are. */
 static void grid_is_a_b_spline(void **state)
 {
     (void)state;
@@ -187,8 +187,7 @@ static void grid_is_a_b_spline(void **state)
         int checked = 0;
         for (uint32_t i = 0; i < t.vertex_count; i++) {
             const float *p = t.positions + 3 * i;
-            if (p[0] < 2 || p[0] > GRID - 2 || p[1] < 2 || p[1] > GRID - 2)
-                continue;
+            if (p[0] < 2 || p[0] > GRID - 2 || p[1] < 2 || p[1] > GRID - 2) continue;
             int x = fmin(floor(p[0]), GRID - 3), y = fmin(floor(p[1]), GRID - 3);
             double bx[4], by[4], dx[4], dy[4], z = 0, zx = 0, zy = 0;
             b_spline(p[0] - x, bx, dx);
@@ -233,15 +232,12 @@ static void creases_are_b_spline_curves(void **state)
     for (uint32_t i = 0; i < t.vertex_count; i++) {
         const float *p = t.positions + 3 * i;
         bool crease = fabs(p[1] - row) < 1e-6, border = fabs(p[1]) < 1e-6;
-        if (!(crease || border) || p[0] < 1 || p[0] > GRID - 1)
-            continue;
+        if (!(crease || border) || p[0] < 1 || p[0] > GRID - 1) continue;
         int x = fmin(floor(p[0]), GRID - 2);
         double b[4], slope[4], z = 0;
         b_spline(p[0] - x, b, slope);
-        for (int k = 0; k < 4; k++)
-            z += b[k] * g.positions[3 * ((crease ? row : 0) * (GRID + 1) + x - 1 + k) + 2];
-        if (crease && fabs(p[2] - z) > 2e-6)
-            continue; /* another row may pass through this y */
+        for (int k = 0; k < 4; k++) z += b[k] * g.positions[3 * ((crease ? row : 0) * (GRID + 1) + x - 1 + k) + 2];
+        if (crease && fabs(p[2] - z) > 2e-6) continue; /* another row may pass through this y */
         assert_true(fabs(p[2] - z) < 2e-6);
         on_crease += crease;
         on_border += border;
@@ -271,8 +267,7 @@ static void crease_parts_the_normals(void **state)
         for (uint32_t i = 0; i < t.triangle_count; i++) {
             double facet[3];
             triangle_area(&t, i, facet);
-            for (int k = 0; k < 3; k++)
-                assert_true(dot(t.normals + 3 * t.indices[3 * i + k], facet) > 1 - 1e-6);
+            for (int k = 0; k < 3; k++) assert_true(dot(t.normals + 3 * t.indices[3 * i + k], facet) > 1 - 1e-6);
         }
         assert_int_equal(t.vertex_count, ((GRID << 3) + 1) * ((GRID << 3) + 2)); /* one row twice */
         triangles_free(&t);
@@ -293,7 +288,8 @@ static void creased_cube_stays_a_cube(void **state)
             assert_true(fabs(total_area(&t) - 24) < 1e-5);
             for (uint32_t i = 0; i < t.vertex_count; i++)
                 assert_true(fabsf(fmaxf(fabsf(t.positions[3 * i]),
-                                        fmaxf(fabsf(t.positions[3 * i + 1]), fabsf(t.positions[3 * i + 2]))) - 1) < 1e-6f);
+                                        fmaxf(fabsf(t.positions[3 * i + 1]), fabsf(t.positions[3 * i + 2]))) -
+                                  1) < 1e-6f);
             for (uint32_t i = 0; i < 3 * t.triangle_count; i++) {
                 double facet[3];
                 triangle_area(&t, i / 3, facet);
@@ -321,8 +317,7 @@ static void sharpness_is_gradual(void **state)
     double before = -1;
     for (int k = 0; k <= 4; k++) {
         float sharpness[12];
-        for (int i = 0; i < 12; i++)
-            sharpness[i] = k;
+        for (int i = 0; i < 12; i++) sharpness[i] = k;
         struct scene_mesh mesh = cube();
         mesh.crease_count = 12;
         mesh.crease_edges = cube_edges;
@@ -362,8 +357,7 @@ static void boundary_rules(void **state)
     t = tessellated(&g.mesh, 2);
     vertex_at(&t, 1. / 6, 1. / 6, 0);
     assert_true(total_area(&t) < GRID * GRID - .05);
-    for (uint32_t i = 0; i < t.vertex_count; i++)
-        assert_true(t.normals[3 * i + 2] > 1 - 1e-6f);
+    for (uint32_t i = 0; i < t.vertex_count; i++) assert_true(t.normals[3 * i + 2] > 1 - 1e-6f);
     triangles_free(&t);
     /* The corner of the UVs goes with it where nothing holds it. */
     g.mesh.uvs = g.uvs;
@@ -377,8 +371,8 @@ static void boundary_rules(void **state)
     }
 }
 
-/* Each face of the cube has its own square of the picture: seams stay where they are, and across them only position and normal are
- * shared. */
+/* Each face of the cube has its own square of the picture: seams stay where they are, and across them only position and
+ * normal are shared. */
 static void uv_seams_are_kept(void **state)
 {
     (void)state;
@@ -423,9 +417,16 @@ static void cages_of_polygons(void **state)
         const uint32_t side[4] = {i, (i + 1) % 6, 6 + (i + 1) % 6, 6 + i};
         memcpy(corners + 12 + 4 * i, side, sizeof side);
     }
-    struct scene_mesh mesh = {.name = "prism", .vertex_count = 12, .face_count = 8, .corner_count = 36,
-                              .positions = positions, .face_sizes = sizes, .corners = corners,
-                              .face_materials = materials, .subdivided = true, .smooth = false,
+    struct scene_mesh mesh = {.name = "prism",
+                              .vertex_count = 12,
+                              .face_count = 8,
+                              .corner_count = 36,
+                              .positions = positions,
+                              .face_sizes = sizes,
+                              .corners = corners,
+                              .face_materials = materials,
+                              .subdivided = true,
+                              .smooth = false,
                               .scheme = SUBDIVISION_BILINEAR};
     for (int level = 0; level < 3; level++) {
         struct triangles t = tessellated(&mesh, level);
@@ -434,8 +435,7 @@ static void cages_of_polygons(void **state)
         double areas[6] = {0}, facet[3];
         for (uint32_t i = 0; i < t.triangle_count; i++) {
             areas[t.slots[i]] += triangle_area(&t, i, facet);
-            for (int k = 0; k < 3; k++)
-                assert_true(dot(t.normals + 3 * t.indices[3 * i + k], facet) > 1 - 1e-6);
+            for (int k = 0; k < 3; k++) assert_true(dot(t.normals + 3 * t.indices[3 * i + k], facet) > 1 - 1e-6);
         }
         assert_true(fabs(areas[5] - 1.5 * sqrt(3)) < 1e-5 && fabs(areas[1] - 1.5 * sqrt(3)) < 1e-5);
         assert_true(fabs(areas[2] - 6) < 1e-5);
@@ -478,21 +478,25 @@ static void polygons_share_what_agrees(void **state)
     for (uint32_t i = 0; i < t.triangle_count; i++) {
         double facet[3];
         triangle_area(&t, i, facet);
-        for (int k = 0; k < 3; k++)
-            assert_true(dot(t.normals + 3 * t.indices[3 * i + k], facet) > 1 - 1e-6);
+        for (int k = 0; k < 3; k++) assert_true(dot(t.normals + 3 * t.indices[3 * i + k], facet) > 1 - 1e-6);
     }
     triangles_free(&t);
 }
 
-/* Repeated vertices, faces without area, three faces at an edge, two cones at a vertex, loose vertices, nothing at all. */
+/* Repeated vertices, faces without area, three faces at an edge, two cones at a vertex, loose vertices, nothing at all.
+ */
 static void odd_meshes_survive(void **state)
 {
     (void)state;
-    const float positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, -1, 0, 2, 2, 2, -1, 0, 1, -1, 0, -1, 0, 0, 0, 0, 0, 0};
+    const float positions[] = {0, 0, 0, 1,  0, 0, 0,  1, 0,  0, 0, 1, 0, -1, 0,
+                               2, 2, 2, -1, 0, 1, -1, 0, -1, 0, 0, 0, 0, 0,  0};
     const uint32_t three_at_edge[] = {0, 1, 2, 0, 1, 3, 0, 1, 4}, repeated[] = {0, 1, 1, 2, 0, 2, 2, 2, 3, 3};
     const uint32_t bow_tie[] = {0, 1, 2, 0, 6, 7}, pointlike[] = {0, 8, 9, 0, 9, 8}, turned[] = {0, 1, 2, 0, 1, 2};
     const uint32_t threes[] = {3, 3, 3}, four_six[] = {4, 6};
-    const struct { const uint32_t *corners, *sizes; uint32_t count, faces; } cases[] = {
+    const struct {
+        const uint32_t *corners, *sizes;
+        uint32_t count, faces;
+    } cases[] = {
         {three_at_edge, threes, 9, 3}, {repeated, four_six, 10, 2}, {bow_tie, threes, 6, 2},
         {pointlike, threes, 6, 2},     {turned, threes, 6, 2},      {turned, threes, 0, 0},
     };
@@ -500,10 +504,16 @@ static void odd_meshes_survive(void **state)
     for (size_t i = 0; i < LENGTH(cases); i++)
         for (int kind = 0; kind < 32; kind++) {
             bool cage = kind & 1;
-            struct scene_mesh mesh = {.name = "odd", .vertex_count = 10, .face_count = cases[i].faces,
-                                      .corner_count = cases[i].count, .positions = positions,
-                                      .face_sizes = cases[i].sizes, .corners = cases[i].corners, .subdivided = cage,
-                                      .smooth = kind & 2, .uvs = kind & 4 ? uvs : NULL,
+            struct scene_mesh mesh = {.name = "odd",
+                                      .vertex_count = 10,
+                                      .face_count = cases[i].faces,
+                                      .corner_count = cases[i].count,
+                                      .positions = positions,
+                                      .face_sizes = cases[i].sizes,
+                                      .corners = cases[i].corners,
+                                      .subdivided = cage,
+                                      .smooth = kind & 2,
+                                      .uvs = kind & 4 ? uvs : NULL,
                                       .normals = cage || !(kind & 2) ? NULL : normals,
                                       .scheme = kind & 8 ? SUBDIVISION_BILINEAR : SUBDIVISION_CATMULL_CLARK,
                                       .boundary = kind & 16 ? BOUNDARY_EDGE_AND_CORNER : BOUNDARY_EDGE_ONLY};
@@ -513,15 +523,22 @@ static void odd_meshes_survive(void **state)
         }
 }
 
-/* A square of side 1 whose edges' middles are 10 from the camera; 1000 pixels a unit of the window: 100 pixels an edge. */
+/* A square of side 1 whose edges' middles are 10 from the camera; 1000 pixels a unit of the window: 100 pixels an edge.
+ */
 static void level_counts_pixels(void **state)
 {
     (void)state;
     const float depth = sqrtf(100 - .25f);
     float positions[12] = {-.5, -.5, -depth, .5, -.5, -depth, .5, .5, -depth, -.5, .5, -depth};
     const uint32_t corners[4] = {0, 1, 2, 3}, size = 4;
-    struct scene_mesh mesh = {.name = "square", .vertex_count = 4, .face_count = 1, .corner_count = 4,
-                              .positions = positions, .face_sizes = &size, .corners = corners, .subdivided = true};
+    struct scene_mesh mesh = {.name = "square",
+                              .vertex_count = 4,
+                              .face_count = 1,
+                              .corner_count = 4,
+                              .positions = positions,
+                              .face_sizes = &size,
+                              .corners = corners,
+                              .subdivided = true};
     struct scene_camera camera = {.window = {-1, 1, -.5, .5}, .width = 2000, .height = 1000};
     memcpy(camera.transform, identity, sizeof identity);
     assert_int_equal(tessellate_level(&mesh, identity, &camera, 1), 7);
@@ -544,6 +561,13 @@ static void level_counts_pixels(void **state)
     camera.transform[3] = .5; /* in the middle of an edge */
     assert_int_equal(tessellate_level(&mesh, identity, &camera, 1), 10);
     assert_int_equal(tessellate_level(&mesh, identity, &camera, 125.1f), 5); /* not above 4 units of the window */
+    /* An edge that leads away from the camera, 8 long, its middle at 5. */
+    memset(positions, 0, sizeof positions);
+    camera.transform[3] = camera.transform[11] = 0;
+    positions[2] = positions[11] = -1;
+    positions[5] = positions[8] = -9;
+    assert_int_equal(tessellate_level(&mesh, identity, &camera, 801), 1);
+    assert_int_equal(tessellate_level(&mesh, identity, &camera, 799), 2);
     memset(positions, 0, sizeof positions);
     assert_int_equal(tessellate_level(&mesh, identity, &camera, 1), 0);
     mesh.subdivided = false;
@@ -577,13 +601,20 @@ static void too_much_is_an_error(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cube_reaches_its_limit),    cmocka_unit_test(grid_is_a_b_spline),
-        cmocka_unit_test(creases_are_b_spline_curves), cmocka_unit_test(crease_parts_the_normals),
-        cmocka_unit_test(creased_cube_stays_a_cube), cmocka_unit_test(sharpness_is_gradual),
-        cmocka_unit_test(boundary_rules),            cmocka_unit_test(uv_seams_are_kept),
-        cmocka_unit_test(cages_of_polygons),         cmocka_unit_test(polygons_share_what_agrees),
-        cmocka_unit_test(odd_meshes_survive),        cmocka_unit_test(level_counts_pixels),
-        cmocka_unit_test(level_has_a_bound),         cmocka_unit_test(too_much_is_an_error),
+        cmocka_unit_test(cube_reaches_its_limit),
+        cmocka_unit_test(grid_is_a_b_spline),
+        cmocka_unit_test(creases_are_b_spline_curves),
+        cmocka_unit_test(crease_parts_the_normals),
+        cmocka_unit_test(creased_cube_stays_a_cube),
+        cmocka_unit_test(sharpness_is_gradual),
+        cmocka_unit_test(boundary_rules),
+        cmocka_unit_test(uv_seams_are_kept),
+        cmocka_unit_test(cages_of_polygons),
+        cmocka_unit_test(polygons_share_what_agrees),
+        cmocka_unit_test(odd_meshes_survive),
+        cmocka_unit_test(level_counts_pixels),
+        cmocka_unit_test(level_has_a_bound),
+        cmocka_unit_test(too_much_is_an_error),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

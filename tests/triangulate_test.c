@@ -29,8 +29,7 @@ static void cut_in_plane(const double (*polygon)[2], uint32_t size, const double
     double helper[3] = {fabs(n[0]) < .5, fabs(n[0]) >= .5, 0};
     double u[3] = {helper[1] * n[2], -helper[0] * n[2], helper[0] * n[1] - helper[1] * n[0]};
     length = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-    for (int i = 0; i < 3; i++)
-        u[i] /= length;
+    for (int i = 0; i < 3; i++) u[i] /= length;
     double v[3] = {n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]};
     for (uint32_t i = 0; i < size; i++) {
         corners[i] = size - 1 - i; /* vertex numbers differ from corner numbers */
@@ -45,8 +44,7 @@ static void check_polygon(const double (*polygon)[2], uint32_t size)
 {
     static const double normals[][3] = {{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {0, -1, 0}, {1, 2, -3}, {-5, 1, 4}};
     double area = 0;
-    for (uint32_t i = 0; i < size; i++)
-        area += area2((double[2]){0, 0}, polygon[i], polygon[(i + 1) % size]);
+    for (uint32_t i = 0; i < size; i++) area += area2((double[2]){0, 0}, polygon[i], polygon[(i + 1) % size]);
     assert_true(area > 0);
     for (size_t k = 0; k < LENGTH(normals); k++) {
         uint32_t triangles[3 * SIZE_MAX_TEST];
@@ -54,16 +52,13 @@ static void check_polygon(const double (*polygon)[2], uint32_t size)
         cut_in_plane(polygon, size, normals[k], triangles);
         double sum = 0;
         for (uint32_t i = 0; i < 3 * (size - 2); i += 3) {
-            double part =
-                area2(polygon[triangles[i]], polygon[triangles[i + 1]], polygon[triangles[i + 2]]);
+            double part = area2(polygon[triangles[i]], polygon[triangles[i + 1]], polygon[triangles[i + 2]]);
             assert_true(part > -1e-9 * area);
             sum += part;
-            for (int j = 0; j < 3; j++)
-                uses[triangles[i + j]]++;
+            for (int j = 0; j < 3; j++) uses[triangles[i + j]]++;
         }
         assert_true(fabs(sum - area) < 1e-9 * area);
-        for (uint32_t i = 0; i < size; i++)
-            assert_true(uses[i] > 0);
+        for (uint32_t i = 0; i < size; i++) assert_true(uses[i] > 0);
     }
 }
 
@@ -145,6 +140,8 @@ static void rows_and_slits(void **state)
     check_polygon(row, 7);
     const double ring[10][2] = {{0, 0}, {4, 0}, {4, 4}, {0, 4}, {0, 0}, {1, 1}, {1, 3}, {3, 3}, {3, 1}, {1, 1}};
     check_polygon(ring, 10);
+    const double hole[8][2] = {{0, 0}, {4, 0}, {2, 4}, {0, 0}, {1.8, 1}, {2, 1.4}, {2.2, 1}, {1.8, 1}};
+    check_polygon(hole, 8);
 }
 
 static void degenerate_polygons_survive(void **state)
@@ -156,7 +153,9 @@ static void degenerate_polygons_survive(void **state)
         for (int kind = 0; kind < 3; kind++) {
             for (uint32_t i = 0; i < size; i++) {
                 corners[i] = i;
-                positions[3 * i] = kind == 0 ? 1 : kind == 1 ? (float)i : (float)(i % 2); /* a point, a line, a zigzag */
+                positions[3 * i] = kind == 0   ? 1
+                                   : kind == 1 ? (float)i
+                                               : (float)(i % 2); /* a point, a line, a zigzag */
                 positions[3 * i + 1] = kind == 2 ? (float)((i * i) % 3) : 0;
             }
             assert_true(triangulate_polygon(positions, corners, size, triangles));
@@ -171,8 +170,10 @@ static void degenerate_polygons_survive(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(convex_and_concave_quads), cmocka_unit_test(stars_combs_and_spirals),
-        cmocka_unit_test(random_polygons),          cmocka_unit_test(rows_and_slits),
+        cmocka_unit_test(convex_and_concave_quads),
+        cmocka_unit_test(stars_combs_and_spirals),
+        cmocka_unit_test(random_polygons),
+        cmocka_unit_test(rows_and_slits),
         cmocka_unit_test(degenerate_polygons_survive),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

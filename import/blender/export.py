@@ -60,6 +60,8 @@ def open_file(path):
 
 def export_scene(scene, folder):
     """Exports a scene of the open file, with the modifiers and visibility of a render; the file in memory is changed."""
+    if scene.camera is None:
+        raise ExportError(f"{bpy.data.filepath}: the scene {scene.name} has no camera")
     with SceneFile(f"import/blender, Blender {bpy.app.version_string}", folder) as scene_file:
         if scene.render.use_simplify:
             scene_file.note("Simplify is switched off")
@@ -94,6 +96,9 @@ def run_in_render(scene, function):
         scene.render.engine = ENGINE
         scene.render.use_compositing = scene.render.use_sequencer = False
         bpy.ops.render.render(scene=scene.name)
+    except RuntimeError as error:
+        state["error"] = state["error"] or ExportError(
+            f"Blender cannot render the scene: {str(error).strip().removeprefix('Error: ')}")
     finally:
         bpy.utils.unregister_class(Engine)  # bpy hangs at exit while one is registered
     if state["error"] is not None:
@@ -107,7 +112,7 @@ def walk(scene_file, scene, depsgraph, cages, materials):
     if len([layer for layer in scene.view_layers if layer.use]) > 1:
         scene_file.note(f"only the view layer {depsgraph.view_layer.name} is exported")
     if not camera.export(scene_file, scene, depsgraph):
-        raise ExportError("the scene has no camera")
+        raise ExportError(f"{scene.camera.name}: is no camera, but the scene's camera")
     meshes = {}
     started = shown = time.monotonic()
     for count, instance in enumerate(depsgraph.object_instances):

@@ -8,13 +8,14 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 
 import bpy
 import numpy as np
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
 
-from conftest import ROOT, new_camera, new_material, new_mesh, new_object
+from conftest import ROOT, new_camera, new_material, new_mesh, new_plane
 import phong  # noqa: F401  (it puts Blender's own packages, OpenImageIO among them, on the path)
 import unbiased
 
@@ -64,6 +65,8 @@ def test_a_file_with_biased_settings_gives_the_known_answer(scene, tmp_path):
     link(node("ShaderNodeBsdfDiffuse", Color=(.8, .8, .8, 1)).outputs[0], add.inputs[1])
     link(add.outputs[0])
     box(scene, material)
+    scene.world = bpy.data.worlds.new("World")  # white: what Fast GI puts for the later bounces
+    scene.world.color = (1, 1, 1)
     scene.render.engine = "CYCLES"
     scene.cycles.max_bounces = scene.cycles.diffuse_bounces = 3
     scene.cycles.sample_clamp_direct, scene.cycles.sample_clamp_indirect = .9, .3
@@ -78,6 +81,7 @@ def test_a_file_with_biased_settings_gives_the_known_answer(scene, tmp_path):
 
     channels, stats = render(blend, tmp_path / "box.exr", "--spp", 64)
     picture = rgb(channels)
+    assert all(name.startswith("ViewLayer.") for name in channels)
     assert picture.shape == (24, 32, 3) and stats["size"] == [32, 24]
     assert picture.mean() == pytest.approx(5, rel=.01)
     assert np.abs(picture / 5 - 1).max() < .5
@@ -115,28 +119,38 @@ def test_a_phong_file_renders_far_from_its_shader(tmp_path):
     assert rgb(moved)[8, 15].min() > 1  # the lamp's reflection in the back wall, which only Phong makes
 
 
-def test_one_thread_costs_no_more_than_the_wall_clock(tmp_path):
-    _, stats = render(CORNELL, tmp_path / "c.exr", "--spp", 256, "--size", "48x48")
-    assert 0 < stats["cpu_s"] <= 1.05 * stats["wall_s"]
-
-
-def test_cages_become_finer_than_a_pixel_on_the_limit_surface(scene):
-    cube = new_mesh("Cube", [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)],
-                    [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)])
-    subsurf = cube.modifiers.new("Subsurf", "SUBSURF")
-    subsurf.render_levels, subsurf.use_limit_surface = 1, False
+def test_cages_become_finer_than_a_pixel(scene):
+    # A single square that stays one: its edges are 2 m, 55 pixels, in the cage as on the limit surface.
+    plane = new_plane()
+    subsurf = plane.modifiers.new("Subsurf", "SUBSURF")
+    subsurf.boundary_smooth, subsurf.render_levels = "PRESERVE_CORNERS", 1
     scene.render.resolution_x = scene.render.resolution_y = 100
     changes = []
     unbiased.subsurf(scene, changes)
     subsurf.levels = subsurf.render_levels
-    mesh = cube.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    mesh = plane.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     seen = np.array([world_to_camera_view(scene, scene.camera, vertex.co)[:2] for vertex in mesh.vertices]) * 100
     length = [np.linalg.norm(seen[edge.vertices[0]] - seen[edge.vertices[1]]) for edge in mesh.edges]
-    assert .25 < max(length) < 1
-    # Limit of a corner of valence 3: (9 v + 4 (sum over edges) + (sum over face diagonals)) / 24, Halstead et al. 1993.
-    assert max(vertex.co.x for vertex in mesh.vertices if vertex.co.x == pytest.approx(vertex.co.y, abs=1e-5)
-               and vertex.co.x == pytest.approx(vertex.co.z, abs=1e-5)) == pytest.approx((9 + 4 - 1) / 24, abs=1e-5)
-    assert any("render_levels: 1 -> " in line for line in changes)
+    assert .4 < max(length) < 1
+    assert any("render_levels: 1 -> 6" in line for line in changes)
+
+
+def test_creases_become_exact(scene):
+    # Sharpness 3.6 needs a fourth step of refinement: Blender's default quality of 3 leaves it out and errs by .023. Six
+    # uniform steps, which Blender takes when it is not to find the limit, come within .0013 of it.
+    cube = box(scene, None)
+    crease = cube.data.attributes.new("crease_edge", "FLOAT", "EDGE")
+    crease.data.foreach_set("value", [.6] * len(cube.data.edges))
+    subsurf = cube.modifiers.new("Subsurf", "SUBSURF")
+    unbiased.subsurf(scene, [])
+
+    def vertices():
+        subsurf.levels = 6
+        mesh = cube.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+        return np.array([vertex.co for vertex in mesh.vertices])
+    found = vertices()
+    subsurf.use_limit_surface = False
+    np.testing.assert_allclose(found, vertices(), atol=.003)
 
 
 def test_blender_finds_its_own_cycles_from_a_script_in_the_folder():
@@ -166,10 +180,25 @@ def test_a_wrong_input_gives_one_sentence(scene, tmp_path, monkeypatch, argument
     assert "Traceback" not in result.stderr and not list(tmp_path.glob("*.exr*"))
 
 
-def test_interrupted_it_leaves_nothing(tmp_path):
-    with subprocess.Popen([sys.executable, CYCLES, CORNELL, "-o", tmp_path / "x.exr", "--spp", "100000", "--threads", "1",
-                           "--stats", tmp_path / "x.json"], stdout=subprocess.PIPE, text=True) as process:
-        process.stdout.readline()  # the settings are done, the render begins
-        process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=60) != 0
+def worker_seconds(process):
+    """CPU time, user and system, of each thread but the first, in ascending order."""
+    seconds = [0]
+    for task in set(os.listdir(f"/proc/{process.pid}/task")) - {str(process.pid)}:
+        with open(f"/proc/{process.pid}/task/{task}/stat", encoding="ascii") as file:
+            fields = file.read().rpartition(")")[2].split()
+        seconds.append((int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"))
+    return sorted(seconds)
+
+
+def test_one_thread_works_alone_and_interrupted_leaves_nothing(tmp_path):
+    command = [sys.executable, CYCLES, CORNELL, "-o", tmp_path / "x.exr", "--spp", "100000", "--threads", "1"]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+        try:
+            while worker_seconds(process)[-1] < 2:
+                time.sleep(.1)
+            assert sum(worker_seconds(process)[:-1]) < .3  # where a core is free for it, a thread that spins has 2
+            process.send_signal(signal.SIGINT)
+            assert process.wait(timeout=10) != 0
+        finally:
+            process.kill()
     assert not list(tmp_path.iterdir())

@@ -13,7 +13,7 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Matrix, Vector
 
 import export as exporter
-from conftest import ROOT, Scene, matrix, new_camera, new_mesh, new_plane
+from conftest import ROOT, VALIDATOR, Scene, matrix, new_camera, new_mesh, new_plane
 
 EXPORT = os.path.join(ROOT, "import", "blender", "export.py")
 
@@ -175,8 +175,6 @@ def test_example_is_what_format_md_shows(tmp_path):
 
 def test_example_uses_every_key():
     """What the schema knows, the example shows."""
-    from conftest import VALIDATOR
-
     def keys_of_schema(part):
         if isinstance(part, dict):
             yield from part.get("properties", {})
