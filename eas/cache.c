@@ -30,11 +30,11 @@ size_t cache_bytes(const struct cache *cache)
            cache->entry_capacity * sizeof *cache->entries;
 }
 
-/* Level l has cells of 2^l m; a zone lies in the level whose cells are at least as wide as it reaches, so in 8 cells at most. */
+/* Level l has cells of 2^l m; a zone lies in the level whose cells are once to twice as wide as it reaches. */
 static int level_of(float reach)
 {
     int level;
-    frexpf(2 * reach, &level);
+    frexpf(reach, &level);
     return level < -LEVEL_BIAS ? -LEVEL_BIAS : level > LEVEL_BIAS - 1 ? LEVEL_BIAS - 1 : level;
 }
 
@@ -73,7 +73,7 @@ static bool grow(void *array, uint32_t *capacity, uint32_t count, size_t bytes)
 
 static bool rehash(struct cache *cache)
 {
-    if (cache->entry_count < cache->bucket_count)
+    if (4 * cache->entry_count < cache->bucket_count)
         return true;
     uint32_t count = cache->bucket_count ? cache->bucket_count * 4 : 4096;
     uint32_t *buckets = malloc(count * sizeof *buckets);
@@ -91,6 +91,14 @@ static bool rehash(struct cache *cache)
     return true;
 }
 
+/* Whether a zone can be used somewhere in a cell: the cell's ball meets the ball of the zone's reach and its plane. */
+static bool meets_cell(struct zone zone, float reach, float width, int x, int y, int z)
+{
+    float3 middle = scale(vec3((float)x + .5f, (float)y + .5f, (float)z + .5f), width), d = sub(middle, zone.p);
+    float ball = .8661f * width;
+    return dot(d, d) < sqr(reach + ball) && fabsf(dot(d, zone.n)) < PLANE_OFFSET * zone.radius + ball;
+}
+
 static bool index_record(struct cache *cache, uint32_t record, struct zone zone)
 {
     float reach = zone.radius * cache->stretch;
@@ -101,6 +109,8 @@ static bool index_record(struct cache *cache, uint32_t record, struct zone zone)
     for (int x = low[0]; x <= high[0]; x++)
         for (int y = low[1]; y <= high[1]; y++)
             for (int z = low[2]; z <= high[2]; z++) {
+                if (!meets_cell(zone, reach, ldexpf(1, level), x, y, z))
+                    continue;
                 if (!rehash(cache) ||
                     !grow(&cache->entries, &cache->entry_capacity, cache->entry_count, sizeof *cache->entries))
                     return false;
@@ -120,7 +130,7 @@ static struct probe probe_begin(const struct cache *cache)
     return (struct probe){cache->levels, 0, NO_ENTRY};
 }
 
-static bool probe_next(const struct cache *cache, float3 p, struct probe *probe, uint32_t *record)
+static inline bool probe_next(const struct cache *cache, float3 p, struct probe *probe, uint32_t *record)
 {
     if (probe->entry != NO_ENTRY)
         probe->entry = cache->entries[probe->entry].next;
@@ -164,12 +174,12 @@ bool cache_insert(struct cache *cache, struct zone zone, float least)
         return false;
     for (struct probe probe = probe_begin(cache); probe_next(cache, zone.p, &probe, &other);) {
         float distance = length(sub(cache->zones[other].p, zone.p));
-        zone.radius = fmaxf(fminf(zone.radius, cache->zones[other].radius + distance), least);
+        zone.radius = maxf(minf(zone.radius, cache->zones[other].radius + distance), least);
     }
     for (struct probe probe = probe_begin(cache); probe_next(cache, zone.p, &probe, &other);) {
         float distance = length(sub(cache->zones[other].p, zone.p));
         /* Its place in the index stays: the index may only be too wide. */
-        cache->zones[other].radius = fminf(cache->zones[other].radius, zone.radius + distance);
+        cache->zones[other].radius = minf(cache->zones[other].radius, zone.radius + distance);
     }
     cache->zones[record] = zone;
     cache->count++;

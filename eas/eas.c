@@ -9,7 +9,7 @@ struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance,
     if (infinite)
         return (struct eas){normalize(position), vec3(0, 0, 0), radiance, omega, true};
     float3 to_record = sub(origin, position);
-    float d2 = fmaxf(dot(to_record, to_record), 1e-12f);
+    float d2 = maxf(dot(to_record, to_record), 1e-12f);
     to_record = scale(to_record, 1 / sqrtf(d2));
     normal = normalize(normal);
     float cos_alpha = dot(normal, to_record);
@@ -17,8 +17,8 @@ struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance,
         normal = to_record;
         cos_alpha = 1;
     }
-    float cosine = fmaxf(1 - omega / (2 * PI), 1 / MAX_TANGENT), tan2 = (1 - cosine * cosine) / (cosine * cosine);
-    return (struct eas){position, normal, radiance, d2 * tan2 / fmaxf(cos_alpha, EAS_GRAZING), false};
+    float cosine = maxf(1 - omega / (2 * PI), 1 / MAX_TANGENT), tan2 = (1 - cosine * cosine) / (cosine * cosine);
+    return (struct eas){position, normal, radiance, d2 * tan2 / maxf(cos_alpha, EAS_GRAZING), false};
 }
 
 struct cap eas_translate(const struct eas *eas, float3 x)
@@ -26,12 +26,12 @@ struct cap eas_translate(const struct eas *eas, float3 x)
     if (eas->infinite)
         return (struct cap){eas->position, eas->area};
     float3 v = sub(eas->position, x);
-    float d2 = fmaxf(dot(v, v), 1e-12f);
+    float d2 = maxf(dot(v, v), 1e-12f);
     v = scale(v, 1 / sqrtf(d2));
     float cos_alpha = -dot(eas->normal, v);
     if (!(cos_alpha > 0))
         return (struct cap){v, 0};
-    float tan2 = fminf(eas->area * fmaxf(cos_alpha, EAS_GRAZING) / d2, MAX_TANGENT * MAX_TANGENT);
+    float tan2 = minf(eas->area * maxf(cos_alpha, EAS_GRAZING) / d2, MAX_TANGENT * MAX_TANGENT);
     return (struct cap){v, 2 * PI * tan2 / (1 + tan2 + sqrtf(1 + tan2))};
 }
 

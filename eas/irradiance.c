@@ -12,7 +12,7 @@ struct gather_grid gather_grid(int count)
 float3 gather_direction(struct gather_grid grid, int row, int column, float u, float v)
 {
     float z = 1 - ((float)row + u) / (float)grid.rows, phi = 2 * PI * ((float)column + v) / (float)grid.columns;
-    float sine = sqrtf(fmaxf(1 - z * z, 0));
+    float sine = sqrtf(maxf(1 - z * z, 0));
     return vec3(sine * cosf(phi), sine * sinf(phi), z);
 }
 
@@ -34,25 +34,25 @@ struct irradiance irradiance_of(const struct gather_sample *samples, struct gath
         float sin_above = sqrtf(1 - z_above * z_above), sin_below = sqrtf(1 - z_below * z_below);
         for (int k = 0; k < grid.columns; k++) {
             const struct gather_sample *s = &samples[j * grid.columns + k];
-            float cosine = fmaxf(dot(s->dir, frame.n), 0);
+            float cosine = maxf(dot(s->dir, frame.n), 0);
             out.e = mad(out.e, s->radiance, s->omega * cosine);
             add_outer(out.vector, s->dir, s->radiance, s->omega);
 
             /* Across the border to the row above: it moves along the column's middle direction. */
             if (j > 0) {
                 const struct gather_sample *above = s - grid.columns;
-                float phi = ((float)k + .5f) * d_phi, r = fminf(s->distance, above->distance);
+                float phi = ((float)k + .5f) * d_phi, r = minf(s->distance, above->distance);
                 float3 u = to_world(frame, vec3(cosf(phi), sinf(phi), 0));
                 if (isfinite(r))
                     add_outer(out.translation, u, sub(s->radiance, above->radiance),
-                              d_phi * sin_above * z_above * z_above / fmaxf(r, 1e-6f));
+                              d_phi * sin_above * z_above * z_above / maxf(r, 1e-6f));
             }
             /* Across the border to the column before: it moves at right angles to the border's direction. */
             const struct gather_sample *before = k > 0 ? s - 1 : s + grid.columns - 1;
-            float phi = (float)k * d_phi, r = fminf(s->distance, before->distance);
+            float phi = (float)k * d_phi, r = minf(s->distance, before->distance);
             float3 v = to_world(frame, vec3(-sinf(phi), cosf(phi), 0));
             if (isfinite(r))
-                add_outer(out.translation, v, sub(s->radiance, before->radiance), (sin_below - sin_above) / fmaxf(r, 1e-6f));
+                add_outer(out.translation, v, sub(s->radiance, before->radiance), (sin_below - sin_above) / maxf(r, 1e-6f));
         }
     }
     return out;
@@ -65,14 +65,14 @@ rgb irradiance_at(const struct irradiance *irradiance, float3 p0, float3 n0, flo
     e.x += dot(irradiance->translation[0], shift) + dot(irradiance->vector[0], turn);
     e.y += dot(irradiance->translation[1], shift) + dot(irradiance->vector[1], turn);
     e.z += dot(irradiance->translation[2], shift) + dot(irradiance->vector[2], turn);
-    return vec3(fmaxf(e.x, 0), fmaxf(e.y, 0), fmaxf(e.z, 0));
+    return vec3(maxf(e.x, 0), maxf(e.y, 0), maxf(e.z, 0));
 }
 
 float irradiance_reach(const struct irradiance *irradiance)
 {
     float3 slope = add(add(scale(irradiance->translation[0], .2126f), scale(irradiance->translation[1], .7152f)),
                        scale(irradiance->translation[2], .0722f));
-    return luminance(irradiance->e) / fmaxf(length(slope), 1e-20f);
+    return luminance(irradiance->e) / maxf(length(slope), 1e-20f);
 }
 
 void irradiance_limit(struct irradiance *irradiance, float radius)

@@ -18,7 +18,7 @@ static float sigma(float exponent) { return 1 / sqrtf(exponent + 1); }
 /* The part of delta that the table covers for a cap: from where the lobe is wholly inside to where it is wholly outside. */
 static void offset_range(float theta, float width, float *first, float *span)
 {
-    *first = fmaxf(0, theta - REACH * width);
+    *first = maxf(0, theta - REACH * width);
     *span = theta + REACH * width - *first;
 }
 
@@ -56,7 +56,7 @@ struct mean_brdf *mean_brdf_build(void)
         float exponent = ldexpf(1, i), width = sigma(exponent);
         for (int j = 0; j < CAPS; j++) {
             float c = (float)j / CAPS; /* < 1: s finite */
-            float theta = fmaxf(fminf(width * CAP_KNEE * c / (1 - c), PI / 2), 1e-3f * width), first, span;
+            float theta = maxf(minf(width * CAP_KNEE * c / (1 - c), PI / 2), 1e-3f * width), first, span;
             offset_range(theta, width, &first, &span);
             double omega = 4 * PI * sqr(sinf(theta / 2));
             for (int k = 0; k < OFFSETS; k++) {
@@ -76,7 +76,7 @@ struct mean_lobe mean_lobe(const struct mean_brdf *tables, const struct lobe *lo
 {
     struct mean_lobe m = {.lobe = lobe, .n = n, .wo = wo, .mirror = reflect(wo, n)};
     if (lobe->type == LOBE_PHONG) {
-        float level = clampf(log2f(fmaxf(lobe->exponent, 1)), 0, EXPONENTS - 1.001f);
+        float level = clampf(log2f(maxf(lobe->exponent, 1)), 0, EXPONENTS - 1.001f);
         int i = (int)level;
         m.width = sigma(lobe->exponent);
         m.slice0 = &tables->table[i][0][0][0];
@@ -96,18 +96,25 @@ struct mean_lobe mean_lobe(const struct mean_brdf *tables, const struct lobe *lo
 static float fast_acos(float x)
 {
     float a = fabsf(x);
-    float y = sqrtf(fmaxf(1 - a, 0)) * (1.5707288f + a * (-.2121144f + a * (.0742610f - .0187293f * a)));
+    float y = sqrtf(maxf(1 - a, 0)) * (1.5707288f + a * (-.2121144f + a * (.0742610f - .0187293f * a)));
     return x < 0 ? PI - y : y;
+}
+
+/* Half-angle of a cap of solid angle omega, at most 90 degrees: 2 asin(s) by its series, 1e-3 off at the most. */
+static float cap_angle(float omega)
+{
+    float s2 = minf(omega * (1 / (4 * PI)), .5f);
+    return 2 * sqrtf(s2) * (1 + s2 * (1 / 6.0f + s2 * (3 / 40.0f + s2 * (15 / 336.0f + s2 * .0304f))));
 }
 
 static rgb phong_cap(const struct mean_lobe *m, struct cap cap)
 {
     float cos_delta = dot(cap.axis, m->mirror), delta = fast_acos(cos_delta);
-    float theta = 2 * asinf(sqrtf(fminf(cap.omega * (1 / (4 * PI)), .5f))), first, span;
+    float theta = cap_angle(cap.omega), first, span;
     if (delta > theta + m->reach)
         return vec3(0, 0, 0);
     offset_range(theta, m->width, &first, &span);
-    float s = theta / m->width, y = fminf(s / (CAP_KNEE + s) * CAPS, CAPS - 1.001f);
+    float s = theta / m->width, y = minf(s / (CAP_KNEE + s) * CAPS, CAPS - 1.001f);
     float x = clampf((delta - first) / span, 0, .9999f) * (OFFSETS - 1);
     int j = (int)y, k = (int)x;
     float fy = y - (float)j, fx = x - (float)k, ab[2];
@@ -118,21 +125,21 @@ static rgb phong_cap(const struct mean_lobe *m, struct cap cap)
         float a = p0 + fy * (p1 - p0), b = q0 + fy * (q1 - q0);
         ab[c] = a + m->blend * (b - a);
     }
-    float sin_delta = sqrtf(fmaxf(1 - cos_delta * cos_delta, 1e-12f));
+    float sin_delta = sqrtf(maxf(1 - cos_delta * cos_delta, 1e-12f));
     float n_dot_e = (dot(cap.axis, m->n) - cos_delta * m->n_dot_mirror) / sin_delta;
     float value = m->peak * cap.omega * (m->n_dot_mirror * ab[0] + n_dot_e * ab[1]);
-    return scale(m->lobe->weight, fmaxf(value, 0));
+    return scale(m->lobe->weight, maxf(value, 0));
 }
 
 /* GGX over the cap by one point or seven (a centre and a ring of six). Each point stands for a disc of radius r under a lobe of
  * alpha'^2 = alpha^2 + r^2/5: between r^2/8, which keeps the variance of a Gaussian, and r^2/4, which keeps the mean over a disc at GGX's peak. */
 static rgb ggx_cap(const struct mean_lobe *m, struct cap cap)
 {
-    float theta = 2 * asinf(sqrtf(fminf(cap.omega * (1 / (4 * PI)), .5f)));
+    float theta = cap_angle(cap.omega);
     struct lobe wide = *m->lobe;
     bool small = theta < .3f * m->width;
     float part = small ? theta : theta / sqrtf(7);
-    wide.alpha = fminf(1, sqrtf(sqr(wide.alpha) + part * part / 5));
+    wide.alpha = minf(1, sqrtf(sqr(wide.alpha) + part * part / 5));
     float cosine = dot(cap.axis, m->n);
     rgb sum = cosine > 0 ? scale(lobe_eval(&wide, m->n, m->wo, cap.axis), cosine) : vec3(0, 0, 0);
     if (small)
@@ -155,13 +162,13 @@ static bool clip_cap(float3 n, struct cap *cap)
     float sin_elevation = dot(cap->axis, n), sin2_theta = cap->omega / PI * (1 - cap->omega / (4 * PI));
     if (sin_elevation > 0 && sqr(sin_elevation) >= sin2_theta)
         return true;
-    float theta = asinf(sqrtf(fminf(sin2_theta, 1))), elevation = asinf(clampf(sin_elevation, -1, 1));
+    float theta = asinf(sqrtf(minf(sin2_theta, 1))), elevation = asinf(clampf(sin_elevation, -1, 1));
     if (cap->omega > 2 * PI)
         theta = PI - theta;
     if (elevation <= -theta)
         return false;
     /* The planar segment of a disc cut at -elevation/theta of its radius. */
-    float h = elevation / fmaxf(theta, 1e-6f), share = (acosf(-h) + h * sqrtf(fmaxf(1 - h * h, 0))) / PI;
+    float h = elevation / maxf(theta, 1e-6f), share = (acosf(-h) + h * sqrtf(maxf(1 - h * h, 0))) / PI;
     float centre = .5f * (elevation + theta);
     float3 level = sub(cap->axis, scale(n, sin_elevation));
     if (dot(level, level) < 1e-12f)

@@ -59,7 +59,7 @@ static void queries(struct selection *s, const struct mean_brdf *tables, const s
     }
     s->reach = 0;
     for (int k = 0; k < s->lobe_count; k++)
-        s->reach = fmaxf(s->reach, fminf(s->lobes[k][0].reach, GGX_REACH * s->lobes[k][0].width));
+        s->reach = maxf(s->reach, minf(s->lobes[k][0].reach, GGX_REACH * s->lobes[k][0].width));
 }
 
 /* Which directions an EAS can matter to: near[i] > 0. The chord between its axis and the mirror direction is compared with the
@@ -72,7 +72,7 @@ static void near_queries(const struct selection *s, const struct eas *eas, float
 #pragma omp simd
     for (int i = 0; i < s->options->directions; i++) {
         float vx = ex - there * s->px[i], vy = ey - there * s->py[i], vz = ez - there * s->pz[i];
-        float inverse2 = 1 / fmaxf(vx * vx + vy * vy + vz * vz, 1e-12f), inverse = sqrtf(inverse2);
+        float inverse2 = 1 / maxf(vx * vx + vy * vy + vz * vz, 1e-12f), inverse = sqrtf(inverse2);
         float cos_delta = (vx * s->mx[i] + vy * s->my[i] + vz * s->mz[i]) * inverse;
         float most = sqrtf(size + spread * inverse2) * 1.1f + reach;
         near[i] = most * most - (2 - 2 * cos_delta);

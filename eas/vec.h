@@ -12,6 +12,9 @@ typedef struct { float x, y; } float2;
 typedef struct { float x, y, z; } float3;
 typedef float3 rgb;
 
+/* Not fmaxf: without -ffinite-math-only that is a call. The second wins where the first is no number. */
+static inline float maxf(float a, float b) { return a > b ? a : b; }
+static inline float minf(float a, float b) { return a < b ? a : b; }
 static inline float3 vec3(float x, float y, float z) { return (float3){x, y, z}; }
 static inline float3 vec_from(const float v[3]) { return (float3){v[0], v[1], v[2]}; }
 static inline float3 add(float3 a, float3 b) { return (float3){a.x + b.x, a.y + b.y, a.z + b.z}; }
@@ -27,13 +30,13 @@ static inline float3 cross(float3 a, float3 b)
     return (float3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 static inline float length(float3 a) { return sqrtf(dot(a, a)); }
-static inline float3 normalize(float3 a) { return scale(a, 1 / sqrtf(fmaxf(dot(a, a), 1e-38f))); }
+static inline float3 normalize(float3 a) { return scale(a, 1 / sqrtf(maxf(dot(a, a), 1e-38f))); }
 /* The mirror direction of w about the unit normal n, both leaving the surface. */
 static inline float3 reflect(float3 w, float3 n) { return mad(scale(w, -1), n, 2 * dot(w, n)); }
 static inline float clampf(float x, float lo, float hi) { return x < lo ? lo : x > hi ? hi : x; }
 static inline float sqr(float x) { return x * x; }
 
-static inline float max3(rgb c) { return fmaxf(c.x, fmaxf(c.y, c.z)); }
+static inline float max3(rgb c) { return maxf(c.x, maxf(c.y, c.z)); }
 static inline bool is_black(rgb c) { return c.x == 0 && c.y == 0 && c.z == 0; }
 /* Y of linear Rec. 709 */
 static inline float luminance(rgb c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }

@@ -79,13 +79,14 @@ struct scene_material {
 
 enum subdivision_scheme { SUBDIVISION_CATMULL_CLARK, SUBDIVISION_BILINEAR };
 enum subdivision_boundary { BOUNDARY_EDGE_ONLY, BOUNDARY_EDGE_AND_CORNER };
-enum subdivision_uv_boundary { /* in OpenSubdiv's order and words */
-                               UV_BOUNDARY_NONE,
-                               UV_BOUNDARY_CORNERS_ONLY,
-                               UV_BOUNDARY_CORNERS_PLUS1,
-                               UV_BOUNDARY_CORNERS_PLUS2,
-                               UV_BOUNDARY_BOUNDARIES,
-                               UV_BOUNDARY_ALL
+/* In OpenSubdiv's order and words. */
+enum subdivision_uv_boundary {
+    UV_BOUNDARY_NONE,
+    UV_BOUNDARY_CORNERS_ONLY,
+    UV_BOUNDARY_CORNERS_PLUS1,
+    UV_BOUNDARY_CORNERS_PLUS2,
+    UV_BOUNDARY_BOUNDARIES,
+    UV_BOUNDARY_ALL
 };
 
 /* Polygons in object space; a cage where `subdivided`. The arrays are spans of scene.buffer. */

@@ -33,7 +33,7 @@ struct place { float3 p, origin, n, ng; bool used; };
 static float3 cosine_direction(float3 n, struct rng *rng)
 {
     float r = sqrtf(rng_float(rng)), phi = 2 * PI * rng_float(rng);
-    return to_world(frame_about(n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(fmaxf(1 - r * r, 0))));
+    return to_world(frame_about(n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(maxf(1 - r * r, 0))));
 }
 
 /* The points of diffuse paths from the camera: where the cache will be asked. */
@@ -76,7 +76,7 @@ static float zone_radius(const struct model *model, const struct place *place, u
         struct hit hit;
         float3 dir = to_world(frame, gather_direction(grid, i / grid.columns, i % grid.columns, u, v));
         if (dot(dir, place->ng) > 0 && trace_closest(model->trace, place->origin, dir, INFINITY, &hit))
-            nearest = fminf(nearest, hit.t);
+            nearest = minf(nearest, hit.t);
     }
     return clampf(ZONE_SHARE * nearest, LEAST_PIXELS * pixel, MOST_PIXELS * pixel);
 }

@@ -102,10 +102,10 @@ static int strata_split(const struct draft *draft, struct gather_grid grid, floa
 {
     float width = 0;
     for (int i = 0; draft->glossy && i < draft->point.brdf.lobe_count; i++)
-        width = fmaxf(width, lobe_width(&draft->point.brdf.lobes[i]));
+        width = maxf(width, lobe_width(&draft->point.brdf.lobes[i]));
     *mirror = reflect(draft->point.wo, draft->point.n);
     *cone = FOCUS_WIDTHS * width + FOCUS_MARGIN;
-    float strata = (1 - cosf(fminf(*cone, PI))) * (float)(grid.rows * grid.columns);
+    float strata = (1 - cosf(minf(*cone, PI))) * (float)(grid.rows * grid.columns);
     return width > 0 ? (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, MOST_SPLIT) : 1;
 }
 
@@ -134,7 +134,7 @@ static void make_record(const struct model *model, const struct fill *fill, stru
             struct gathered light = {.distance = INFINITY};
             if (dot(dir, point->ng) > 0)
                 light = gather(model, &fill->bounced, (struct ray){point->origin, dir}, &rng, NULL);
-            whole.distance = fminf(whole.distance, light.distance);
+            whole.distance = minf(whole.distance, light.distance);
             whole.radiance = mad(whole.radiance, add(light.surface, light.mirrored), 1 / (float)(side * side));
             whole.dir = side == 1 ? dir : middle;
             if (!draft->glossy)
@@ -152,12 +152,12 @@ static void make_record(const struct model *model, const struct fill *fill, stru
             else
                 scratch->mirrored[counts[1]++] = m;
         }
-        nearest = fminf(nearest, whole.distance);
+        nearest = minf(nearest, whole.distance);
         scratch->all[i] = whole;
     }
     draft->irradiance = irradiance_of(scratch->all, grid, frame);
     draft->least = LEAST_PIXELS * pixel;
-    float radius = fminf(ZONE_SHARE * nearest, irradiance_reach(&draft->irradiance));
+    float radius = minf(ZONE_SHARE * nearest, irradiance_reach(&draft->irradiance));
     draft->zone = (struct zone){point->p, point->n, clampf(radius, draft->least, MOST_PIXELS * pixel)};
     irradiance_limit(&draft->irradiance, draft->zone.radius * STRETCH);
     if (draft->glossy)

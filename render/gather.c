@@ -94,11 +94,11 @@ static void bounced(struct chain *chain, const struct point *point, float length
         return;
     }
     rgb through = scale(coefficient, PI); /* cosine-weighted: f cos / pdf = kd */
-    float survive = depth < 2 ? 1 : fminf(max3(through), .95f);
+    float survive = depth < 2 ? 1 : minf(max3(through), .95f);
     if (rng_float(chain->rng) >= survive)
         return;
     float r = sqrtf(rng_float(chain->rng)), phi = 2 * PI * rng_float(chain->rng);
-    float3 dir = to_world(frame_about(point->n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(fmaxf(1 - r * r, 0))));
+    float3 dir = to_world(frame_about(point->n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(maxf(1 - r * r, 0))));
     if (dot(dir, point->ng) <= 0)
         return;
     struct gathered *out = chain->out, inner = {.distance = 0};
@@ -117,7 +117,7 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
     float weights[2] = {0}, total = 0;
     for (int i = 0; i < brdf->lobe_count; i++)
         total += weights[i] = max3(mul(throughput, brdf->lobes[i].weight));
-    float survive = depth == 0 ? 1 : fminf(total, .95f);
+    float survive = depth == 0 ? 1 : minf(total, .95f);
 
     rgb diffuse, specular;
     float distance;

@@ -126,7 +126,7 @@ static rgb traced_indirect(const struct frame_job *job, const struct point *poin
     rgb sum = {0};
     if (!is_black(point->brdf.kd)) {
         float r = sqrtf(rng_float(rng)), phi = 2 * PI * rng_float(rng);
-        float3 dir = to_world(frame_about(point->n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(fmaxf(1 - r * r, 0))));
+        float3 dir = to_world(frame_about(point->n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(maxf(1 - r * r, 0))));
         if (dot(dir, point->ng) > 0) {
             struct gathered light = gather(job->model, &job->fill->bounced, (struct ray){point->origin, dir}, rng, NULL);
             sum = mul(point->brdf.kd, add(light.surface, light.mirrored));
@@ -187,7 +187,7 @@ static void look_up(const struct frame_job *job, const struct group *group, stru
 static rgb lamp_in_lobes(const struct frame_job *job, const struct point *point, const struct light_sample *light, int count)
 {
     rgb f_cos = {0};
-    float omega = light->pdf > 0 ? fminf(1 / (light->pdf * (float)count), 2 * PI) : 0, cosine = dot(light->wi, point->n);
+    float omega = light->pdf > 0 ? minf(1 / (light->pdf * (float)count), 2 * PI) : 0, cosine = dot(light->wi, point->n);
     for (int i = 0; i < point->brdf.lobe_count; i++) {
         const struct lobe *lobe = &point->brdf.lobes[i];
         if (omega > 1e-6f) {
@@ -208,7 +208,7 @@ static rgb direct_with_share(const struct frame_job *job, const struct point *po
     if (!lights_sample(job->model->lights, point->origin, point->n, u, &light))
         return vec3(0, 0, 0);
     float cosine = dot(light.wi, point->n);
-    rgb diffuse = scale(mul(light.weight, point->brdf.kd), fmaxf(cosine, 0) / PI);
+    rgb diffuse = scale(mul(light.weight, point->brdf.kd), maxf(cosine, 0) / PI);
     float specular = luminance(lamp_in_lobes(job, point, &light, job->spp));
     if (is_black(diffuse) && specular <= 0)
         return vec3(0, 0, 0);

@@ -109,6 +109,20 @@ static void halves_of_both_sides_take_both_noises_out(void **state)
     for (int i = 0; i < 4; ++i) image_free(all[i]);
 }
 
+/* x between the halves: (x-A)(x-B) = -.04 everywhere. */
+static void a_negative_mean_product_keeps_its_sign(void **state)
+{
+    (void)state;
+    struct image x = picture(1, false), a = picture(0.8f, false), b = picture(1.2f, false);
+    struct compare_errors e = run(&(struct compare_input){.image = &x, .reference = &a, .reference2 = &b}).all;
+    assert_float_equal(e.rmse, -0.2, 1e-6);
+    assert_float_equal(e.cv_rmse, -0.2, 1e-6);
+    assert_float_equal(e.block_cv, -0.2, 1e-6);
+    image_free(&x);
+    image_free(&a);
+    image_free(&b);
+}
+
 static void blocks_average_what_has_mean_zero(void **state)
 {
     (void)state;
@@ -231,6 +245,7 @@ int main(void)
                                        cmocka_unit_test(channels_weigh_the_same),
                                        cmocka_unit_test(halves_take_the_references_noise_out),
                                        cmocka_unit_test(halves_of_both_sides_take_both_noises_out),
+                                       cmocka_unit_test(a_negative_mean_product_keeps_its_sign),
                                        cmocka_unit_test(blocks_average_what_has_mean_zero),
                                        cmocka_unit_test(block_sigma_covers_noise_and_finds_bias),
                                        cmocka_unit_test(emitters_and_four_pixels_around_are_left_out),

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes cornell.blend and cornell_glossy.blend beside this file: a box of 2 m, open in front, with a glossy back wall and
-two glossy boxes, lit by a one-sided square under the ceiling. In cornell_glossy all five walls are glossy.
+"""Makes cornell.blend and cornell_glossy.blend beside this file: a box of 2 m, open in front, with a glossy back wall
+and two glossy boxes, lit by a one-sided square under the ceiling. In cornell_glossy all five walls are glossy.
 
     python3 scenes/cornell/make.py
 """

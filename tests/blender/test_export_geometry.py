@@ -230,11 +230,13 @@ def test_uv_map_of_the_render_or_of_the_material(scene, export):
     link(diffuse.outputs["BSDF"])
     link(picture.outputs["Color"], diffuse.inputs["Color"])
     link(uv_map.outputs["UV"], picture.inputs["Vector"])
-    for name in ("Plain", "Using it"):
+    for name in ("Plain", "Using it", "Second renders"):
         obj = new_plane(name)
         obj.data.uv_layers.new(name="Second").uv.foreach_set("vector", [5.0] * 8)
-    obj.data.materials.append(material)
+    obj.data.uv_layers["Second"].active_render = True
+    bpy.data.objects["Using it"].data.materials.append(material)
     exported = export()
+    assert exported.view(exported.mesh_of("Second renders")["uvs"]).tolist() == [[5, 5]] * 4
     assert exported.view(exported.mesh_of("Plain")["uvs"]).tolist() == [[0, 0], [1, 0], [1, 1], [0, 1]]
     assert exported.view(exported.mesh_of("Using it")["uvs"]).tolist() == [[5, 5]] * 4
 

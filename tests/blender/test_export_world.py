@@ -81,7 +81,7 @@ def test_unknown_nodes_are_rendered(world, export, cycles, monkeypatch):
     monkeypatch.setattr("world.RENDERED_SIZE", (256, 128))
     node, link = world
     background, sky = node("ShaderNodeBackground", Strength=0.1), node("ShaderNodeTexSky")
-    sky.sky_type = "PREETHAM"
+    sky.sky_type, sky.sun_direction = "PREETHAM", (0.8, 0.3, 0.5)  # a sky that differs all around
     link(background.outputs["Background"])
     link(sky.outputs["Color"], background.inputs["Color"])
     scene = export()

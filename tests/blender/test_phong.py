@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Script node in Cycles against f = kd/pi + ks (n + 2)/(2 pi) cos^n(alpha), evaluated here: under a white sky, which
-asks for its integral, and under a sun without size, which asks for its value. A plane z = 0 is seen from above at angles
-from 15 to 75 degrees to its normal, so that part of the lobe is below the horizon."""
+"""The Script node in Cycles against f = kd/pi + ks (n + 2)/(2 pi) cos^n(alpha), evaluated here: under a white sky,
+which asks for its integral, and under a sun without size, which asks for its value. A plane z = 0 is seen from above at
+angles from 15 to 75 degrees to its normal, so that part of the lobe is below the horizon."""
 import math
 
 import bpy
@@ -33,7 +33,7 @@ def plane(scene, exponent):
 
 
 def sky_radiance(wo, exponent, steps=200):
-    """Reflected radiance under a sky of 1: over the directions of the lobe, u = cos^(n+1)(alpha), which takes the power in."""
+    """Reflected radiance under a sky of 1; over directions about the mirror one, uniform in u = cos^(n+1)(alpha)."""
     mirror = wo * (-1, -1, 1)
     side = np.cross(mirror, (1, 0, 0))
     side /= np.linalg.norm(side, axis=-1, keepdims=True)
@@ -72,7 +72,8 @@ def test_phong_under_a_sun_is_its_value(scene, cycles, exponent):
     alpha = np.maximum((wo * (-1, -1, 1)) @ wi, 0)
     lobe = (exponent + 2) / (2 * math.pi) * alpha**exponent
     expected = ((KD / math.pi + KS * lobe[..., None]) * 2 * wi[2]).mean(axis=2)
-    assert expected[..., 2].max() > .5 * KS[2] * 2 * wi[2] * (exponent + 2) / (2 * math.pi)  # the peak is in the picture
+    # The peak is in the picture.
+    assert expected[..., 2].max() > .5 * KS[2] * 2 * wi[2] * (exponent + 2) / (2 * math.pi)
     np.testing.assert_allclose(picture, expected, rtol=TOLERANCE, atol=1e-3)
 
 
