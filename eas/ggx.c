@@ -72,29 +72,28 @@ float3 ggx_sample(float alpha, float3 n, float3 wo, const float u[static 2])
 }
 
 /* Cycles' grids: roughness along x, mu along y, and along z the index as sqrt((eta-1)/(eta+1)); each from 0 to 1. */
-enum { ALBEDO_SIZE = 32, SHARE_SIZE = 16, AZIMUTHS = 16, HEIGHTS = 32, MEAN_STEPS = 16 };
+enum { ALBEDO_SIZE = 32, SHARE_SIZE = 16 };
+/* Two Fibonacci numbers, and midpoints for the mean over mu. */
+enum { POINTS = 610, POINTS_BEFORE = 377, MEAN_STEPS = 16 };
 
 static struct {
     float albedo[ALBEDO_SIZE][ALBEDO_SIZE], albedo_mean[ALBEDO_SIZE];
     float share[SHARE_SIZE][SHARE_SIZE][SHARE_SIZE];
 } tables; /* constant once filled */
 
-/* What the visible normals of w reflect: the light's and the half vector's cosines, with weights that sum to 1. Midpoints;
- * half of the azimuths, since the other half mirrors them; heights crowd, by a cube, where the distribution's tail sends
+/* What the visible normals of w reflect: the light's and the half vector's cosines, with weights that sum to 1. The
+ * points are a Fibonacci lattice over azimuth and height; heights crowd, by a cube, where the distribution's tail sends
  * light to the horizon. */
 struct visible { float cos_i, cos_h, weight; };
 
-static void visible_directions(float alpha, float mu, struct visible out[static AZIMUTHS * HEIGHTS])
+static void visible_directions(float alpha, float mu, struct visible out[static POINTS])
 {
-    float3 w = {0, sqrtf(1 - mu * mu), mu}; /* azimuths run from x, so the halves mirror about the y axis */
-    for (int i = 0; i < AZIMUTHS; i++)
-        for (int j = 0; j < HEIGHTS; j++) {
-            float v0 = (float)j / HEIGHTS, v1 = (float)(j + 1) / HEIGHTS, v = (v0 + v1) / 2;
-            float u[2] = {((float)i + 0.5f) / (2 * AZIMUTHS) - 0.25f, 1 - v * v * v};
-            float3 h = visible_normal(alpha, w, u);
-            out[i * HEIGHTS + j] = (struct visible){reflect(w, h).z, dot(w, h),
-                                                    (v1 * v1 * v1 - v0 * v0 * v0) / AZIMUTHS};
-        }
+    float3 w = {sqrtf(1 - mu * mu), 0, mu};
+    for (int i = 0; i < POINTS; i++) {
+        float v = ((float)i + 0.5f) / POINTS, u[2] = {(float)(i * POINTS_BEFORE % POINTS) / POINTS, 1 - v * v * v};
+        float3 h = visible_normal(alpha, w, u);
+        out[i] = (struct visible){reflect(w, h).z, dot(w, h), 3 * v * v / POINTS};
+    }
 }
 
 static float grid(int i, int size) { return clampf((float)i / (float)(size - 1), 1e-4f, 1); }
@@ -102,10 +101,10 @@ static float grid(int i, int size) { return clampf((float)i / (float)(size - 1),
 /* Directional albedo: the mean of G2/G1 over the visible normals. */
 static float integrate_albedo(float alpha, float mu)
 {
-    struct visible v[AZIMUTHS * HEIGHTS];
+    struct visible v[POINTS];
     float alpha2 = alpha * alpha, lambda_o = lambda(alpha2, mu), sum = 0;
     visible_directions(alpha, mu, v);
-    for (int i = 0; i < AZIMUTHS * HEIGHTS; i++)
+    for (int i = 0; i < POINTS; i++)
         if (v[i].cos_i > 0)
             sum += v[i].weight * (1 + lambda_o) / (1 + lambda_o + lambda(alpha2, v[i].cos_i));
     return saturate(sum);
@@ -126,14 +125,14 @@ static void fill_albedo(int x)
 
 static void fill_share(int x)
 {
-    struct visible v[AZIMUTHS * HEIGHTS];
+    struct visible v[POINTS];
     float alpha = sqr(grid(x, SHARE_SIZE));
     for (int y = 0; y < SHARE_SIZE; y++) {
         visible_directions(alpha, grid(y, SHARE_SIZE), v);
         for (int z = 0; z < SHARE_SIZE; z++) {
             float q = fminf(grid(z, SHARE_SIZE), 0.99f); /* 1 would be an infinite index */
             float eta = (1 + q * q) / (1 - q * q), sum = 0;
-            for (int i = 0; i < AZIMUTHS * HEIGHTS; i++)
+            for (int i = 0; i < POINTS; i++)
                 if (v[i].cos_i > 0)
                     sum += v[i].weight * fresnel_share(v[i].cos_h, eta);
             tables.share[z][y][x] = saturate(sum);

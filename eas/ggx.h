@@ -4,7 +4,7 @@
  * that its energy compensation and layering look up.
  *
  * wi, wo, n as in brdf.h. Everything but the look-ups is a pure function; those fill their tables at the first call
- * (some 15 ms, once a process). Any thread may call any of it.
+ * (some 20 ms, once a process). Any thread may call any of it.
  */
 #ifndef EAS_GGX_H
 #define EAS_GGX_H

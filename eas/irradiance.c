@@ -77,7 +77,10 @@ float irradiance_reach(const struct irradiance *irradiance)
 
 void irradiance_limit(struct irradiance *irradiance, float radius)
 {
-    float reach = irradiance_reach(irradiance);
-    for (int i = 0; i < 3 && reach < radius; i++)
-        irradiance->translation[i] = scale(irradiance->translation[i], reach / radius);
+    const float e[3] = {irradiance->e.x, irradiance->e.y, irradiance->e.z};
+    for (int i = 0; i < 3; i++) {
+        float change = length(irradiance->translation[i]) * radius;
+        if (change > e[i])
+            irradiance->translation[i] = scale(irradiance->translation[i], e[i] / change);
+    }
 }

@@ -34,7 +34,7 @@ rgb irradiance_at(const struct irradiance *irradiance, float3 p0, float3 n0, flo
 /* The distance at which the translation gradient alone would halve or double it, m: no zone should be larger. */
 float irradiance_reach(const struct irradiance *irradiance);
 
-/* Flattens the translation gradient so that it changes e by no more than itself within a zone of `radius` that couldn't be made
+/* Flattens the translation gradient so that no channel of e changes by more than itself within a zone of `radius` that couldn't be made
  * as small as the reach: beside a contact the gradient is that of a point, not of a pixel. */
 void irradiance_limit(struct irradiance *irradiance, float radius);
 

@@ -7,7 +7,7 @@
 
 #include "render/gather.h"
 
-enum { GATHER_RAYS = 784, MOST_SPLIT = 4, SEED_RECORD = 201, FIRST_ROUND = 64 };
+enum { GATHER_RAYS = 784, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201, FIRST_ROUND = 64 };
 
 /* Zones: half the distance to the nearest surface, at least and at most so many pixels in radius. */
 #define ZONE_SHARE .5f
@@ -19,6 +19,8 @@ enum { GATHER_RAYS = 784, MOST_SPLIT = 4, SEED_RECORD = 201, FIRST_ROUND = 64 };
 #define FOCUS_RAYS 512.0f
 #define FOCUS_WIDTHS 1.5f
 #define FOCUS_MARGIN .05f
+/* Strata beside ones brighter than HOT times the mean get HOT_SPLIT x HOT_SPLIT rays. */
+#define HOT 8.0f
 /* Lobes narrower than this, rad, are traced: n = 300. */
 #define LEAST_WIDTH .08f
 /* Each round looks at this share more pixels than all before. */
@@ -37,6 +39,8 @@ struct draft {
 
 struct scratch {
     struct gather_sample *all, *surface, *mirrored, *infinite;
+    struct gathered *first; /* of each stratum */
+    int *sides;             /* into how many parts a side each stratum is split */
     struct sample_tree trees[3];
     struct select_scratch select;
     struct eas *eas;
@@ -44,12 +48,12 @@ struct scratch {
 
 static const struct select_options SELECT = SELECT_DEFAULTS;
 
-bool fill_keeps_eas(const struct brdf *brdf)
+bool fill_resolves(const struct brdf *brdf)
 {
     for (int i = 0; i < brdf->lobe_count; i++)
         if (lobe_width(&brdf->lobes[i]) < LEAST_WIDTH)
             return false;
-    return brdf->lobe_count > 0;
+    return true;
 }
 
 static bool scratch_alloc(struct scratch *scratch, int samples)
@@ -59,6 +63,8 @@ static bool scratch_alloc(struct scratch *scratch, int samples)
     bool ok = true;
     for (int i = 0; i < 4; i++)
         ok = (*arrays[i] = malloc((size_t)samples * MOST_SPLIT * MOST_SPLIT * 2 * sizeof **arrays[i])) && ok;
+    ok = (scratch->first = malloc((size_t)samples * sizeof *scratch->first)) && ok;
+    ok = (scratch->sides = malloc((size_t)samples * sizeof *scratch->sides)) && ok;
     return (scratch->eas = malloc((size_t)SELECT.most * sizeof *scratch->eas)) && ok;
 }
 
@@ -68,6 +74,8 @@ static void scratch_free(struct scratch *scratch)
     free(scratch->surface);
     free(scratch->mirrored);
     free(scratch->infinite);
+    free(scratch->first);
+    free(scratch->sides);
     for (int i = 0; i < 3; i++)
         sample_tree_free(&scratch->trees[i]);
     select_free(&scratch->select);
@@ -97,71 +105,129 @@ static void choose_eas(const struct fill *fill, struct draft *draft, struct fram
         draft->eas[i] = scratch->eas[i];
 }
 
-/* Into how many rays a side a stratum of the grid is split: more than one where the lobes, seen by the viewer, look. */
-static int strata_split(const struct draft *draft, struct gather_grid grid, float3 *mirror, float *cone)
+/* How a record's hemisphere is sampled: a grid of strata, one ray each; split x split rays in the strata within `cone` of `mirror`, where
+ * the viewer's lobes look (Gassenbauer et al. 2009 gather by the views that will ask). */
+struct plan {
+    struct gather_grid grid;
+    struct frame frame;
+    float3 mirror;
+    float cone;
+    int split;
+};
+
+static struct plan plan_gather(const struct draft *draft)
 {
+    struct plan plan = {.grid = gather_grid(GATHER_RAYS), .frame = frame_about(draft->point.n), .split = 1};
     float width = 0;
     for (int i = 0; draft->glossy && i < draft->point.brdf.lobe_count; i++)
         width = maxf(width, lobe_width(&draft->point.brdf.lobes[i]));
-    *mirror = reflect(draft->point.wo, draft->point.n);
-    *cone = FOCUS_WIDTHS * width + FOCUS_MARGIN;
-    float strata = (1 - cosf(minf(*cone, PI))) * (float)(grid.rows * grid.columns);
-    return width > 0 ? (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, MOST_SPLIT) : 1;
+    plan.mirror = reflect(draft->point.wo, draft->point.n);
+    plan.cone = minf(FOCUS_WIDTHS * width + FOCUS_MARGIN, PI);
+    if (width > 0) {
+        float strata = (1 - cosf(plan.cone)) * (float)(plan.grid.rows * plan.grid.columns);
+        plan.split = (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, MOST_SPLIT);
+    }
+    return plan;
 }
 
-/* Gathers a record at draft->point: rays over the hemisphere, denser in the viewer's lobes (Gassenbauer et al. 2009 gather by the
- * views that will ask). */
+/* Sends a ray through a random point of part k of side x side of a stratum. */
+static struct gathered send(const struct model *model, const struct fill *fill, const struct point *point,
+                            const struct plan *plan, int stratum, int k, int side, struct rng *rng, float3 *dir)
+{
+    int row = stratum / plan->grid.columns, column = stratum % plan->grid.columns;
+    float u = ((float)(k / side) + rng_float(rng)) / (float)side, v = ((float)(k % side) + rng_float(rng)) / (float)side;
+    *dir = to_world(plan->frame, gather_direction(plan->grid, row, column, u, v));
+    if (dot(*dir, point->ng) <= 0)
+        return (struct gathered){.distance = INFINITY};
+    return gather(model, &fill->bounced, (struct ray){point->origin, *dir}, rng, NULL);
+}
+
+/* Whether a stratum's neighbours are so bright that one ray would be a gamble: a share HOT of what all strata bring. Its own ray has no say,
+ * which would bias the mean. */
+static bool is_hot(const struct gather_sample *all, const struct plan *plan, int stratum, float mean)
+{
+    int columns = plan->grid.columns, row = stratum / columns, column = stratum % columns;
+    for (int j = row > 0 ? row - 1 : 0; j <= row + 1 && j < plan->grid.rows; j++)
+        for (int i = -1; i <= 1; i++) {
+            int other = j * columns + (column + i + columns) % columns;
+            if (other != stratum && luminance(all[other].radiance) > HOT * mean)
+                return true;
+        }
+    return false;
+}
+
+/* Sorts a gathered ray's light among the samples that EAS are made of: on surfaces, in mirrors, at infinity. */
+static void sort_sample(const struct gathered *light, float3 dir, float omega, struct scratch *scratch, uint32_t counts[3])
+{
+    struct gather_sample s = {dir, light->distance, light->normal, light->surface, omega};
+    struct gather_sample m = {dir, light->mirrored_distance, scale(dir, -1), light->mirrored, omega};
+    if (isinf(s.distance))
+        scratch->infinite[counts[2]++] = s;
+    else
+        scratch->surface[counts[0]++] = s;
+    if (is_black(m.radiance))
+        return;
+    if (isinf(m.distance))
+        scratch->infinite[counts[2]++] = m;
+    else
+        scratch->mirrored[counts[1]++] = m;
+}
+
+/* Gathers a record at draft->point: first a ray a stratum, then more where the lobes look or the light is concentrated. */
 static void make_record(const struct model *model, const struct fill *fill, struct draft *draft, float pixel, uint64_t seed,
                         uint64_t index, struct scratch *scratch)
 {
     const struct point *point = &draft->point;
     struct rng rng = rng_seed(seed, SEED_RECORD, index);
-    struct gather_grid grid = gather_grid(GATHER_RAYS);
-    struct frame frame = frame_about(point->n);
-    float nearest = INFINITY, cone;
-    float3 mirror;
-    int split = strata_split(draft, grid, &mirror, &cone);
+    struct plan plan = plan_gather(draft);
+    int strata = plan.grid.rows * plan.grid.columns;
+    float omega = 2 * PI / (float)strata, nearest = INFINITY, mean = 0;
+    struct gather_sample *all = scratch->all;
     uint32_t counts[3] = {0};
-    for (int i = 0; i < grid.rows * grid.columns; i++) {
-        int row = i / grid.columns, column = i % grid.columns;
-        float3 middle = to_world(frame, gather_direction(grid, row, column, .5f, .5f));
-        int side = dot(middle, mirror) > cosf(cone) ? split : 1;
-        float omega = 2 * PI / (float)(grid.rows * grid.columns);
-        struct gather_sample whole = {middle, INFINITY, middle, vec3(0, 0, 0), omega};
-        for (int k = 0; k < side * side; k++) {
-            float u = ((float)(k / side) + rng_float(&rng)) / (float)side, v = ((float)(k % side) + rng_float(&rng)) / (float)side;
-            float3 dir = to_world(frame, gather_direction(grid, row, column, u, v));
-            struct gathered light = {.distance = INFINITY};
-            if (dot(dir, point->ng) > 0)
-                light = gather(model, &fill->bounced, (struct ray){point->origin, dir}, &rng, NULL);
-            whole.distance = minf(whole.distance, light.distance);
-            whole.radiance = mad(whole.radiance, add(light.surface, light.mirrored), 1 / (float)(side * side));
-            whole.dir = side == 1 ? dir : middle;
-            if (!draft->glossy)
-                continue;
-            struct gather_sample s = {dir, light.distance, light.normal, light.surface, omega / (float)(side * side)};
-            if (isinf(s.distance))
-                scratch->infinite[counts[2]++] = s;
-            else
-                scratch->surface[counts[0]++] = s;
-            if (is_black(light.mirrored))
-                continue;
-            struct gather_sample m = {dir, light.mirrored_distance, scale(dir, -1), light.mirrored, s.omega};
-            if (isinf(m.distance))
-                scratch->infinite[counts[2]++] = m;
-            else
-                scratch->mirrored[counts[1]++] = m;
-        }
-        nearest = minf(nearest, whole.distance);
-        scratch->all[i] = whole;
+    for (int i = 0; i < strata; i++) {
+        struct gathered *first = &scratch->first[i];
+        float3 dir;
+        *first = send(model, fill, point, &plan, i, 0, 1, &rng, &dir);
+        all[i] = (struct gather_sample){dir, first->distance, first->normal, add(first->surface, first->mirrored), omega};
+        mean += luminance(all[i].radiance) / (float)strata;
     }
-    draft->irradiance = irradiance_of(scratch->all, grid, frame);
+    for (int i = 0; i < strata; i++) {
+        int row = i / plan.grid.columns, column = i % plan.grid.columns;
+        float3 middle = to_world(plan.frame, gather_direction(plan.grid, row, column, .5f, .5f));
+        int side = dot(middle, plan.mirror) > cosf(plan.cone) ? plan.split : 1;
+        if (is_hot(all, &plan, i, mean))
+            side = side > HOT_SPLIT ? side : HOT_SPLIT;
+        scratch->sides[i] = side;
+    }
+    for (int i = 0; i < strata; i++) {
+        int side = scratch->sides[i];
+        nearest = minf(nearest, all[i].distance);
+        if (side == 1) {
+            sort_sample(&scratch->first[i], all[i].dir, omega, scratch, counts);
+            continue;
+        }
+        float share = 1 / (float)(side * side);
+        rgb sum = {0};
+        float3 direction = {0};
+        for (int k = 0; k < side * side; k++) {
+            float3 dir;
+            struct gathered light = send(model, fill, point, &plan, i, k, side, &rng, &dir);
+            all[i].distance = minf(all[i].distance, light.distance);
+            sum = add(sum, add(light.surface, light.mirrored));
+            direction = add(direction, dir);
+            sort_sample(&light, dir, omega * share, scratch, counts);
+        }
+        all[i].radiance = scale(sum, share);
+        all[i].dir = normalize(direction);
+        nearest = minf(nearest, all[i].distance);
+    }
+    draft->irradiance = irradiance_of(all, plan.grid, plan.frame);
     draft->least = LEAST_PIXELS * pixel;
     float radius = minf(ZONE_SHARE * nearest, irradiance_reach(&draft->irradiance));
     draft->zone = (struct zone){point->p, point->n, clampf(radius, draft->least, MOST_PIXELS * pixel)};
     irradiance_limit(&draft->irradiance, draft->zone.radius * STRETCH);
     if (draft->glossy)
-        choose_eas(fill, draft, frame, counts, scratch);
+        choose_eas(fill, draft, plan.frame, counts, scratch);
 }
 
 static bool insert(struct record_cache *cache, const struct draft *draft)
@@ -200,7 +266,7 @@ static void look(const struct model *model, const struct fill *fill, bool eas, u
     if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit))
         return;
     shade_point(model, ray, &hit, &draft->point);
-    draft->glossy = eas && fill_keeps_eas(&draft->point.brdf);
+    draft->glossy = eas && draft->point.brdf.lobe_count > 0 && fill_resolves(&draft->point.brdf);
     if (!draft->glossy && is_black(draft->point.brdf.kd))
         return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;

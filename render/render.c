@@ -7,6 +7,7 @@
 #include "render/fill.h"
 #include "render/gather.h"
 #include "render/path.h"
+#include "render/sequence.h"
 
 enum { SEED_PATH = 301, SEED_CACHE, MOST_GROUPS = 16, HIGHLIGHT_RUNS = 8, HIGHLIGHT_SIDE = 6,
        HIGHLIGHT_CELLS = HIGHLIGHT_RUNS * HIGHLIGHT_SIDE * HIGHLIGHT_SIDE, PATH_SPP = 64, CACHE_SPP = 16 };
@@ -21,12 +22,10 @@ struct frame_job {
     int spp;
 };
 
-static float fraction(float x) { return x - floorf(x); }
-
 /* Whether the point's lobes are taken from EAS; if not, they are traced. */
 static bool caches_lobes(const struct frame_job *job, const struct point *point)
 {
-    return job->options->method == RENDER_EAS && fill_keeps_eas(&point->brdf);
+    return job->options->method == RENDER_EAS && point->brdf.lobe_count > 0 && fill_resolves(&point->brdf);
 }
 
 static void add_surface(struct pixel *pixel, const struct point *point, float t)
@@ -75,7 +74,7 @@ static void path_pixel(const struct frame_job *job, int x, int y, struct pixel *
 
 /* Points of a pixel that are alike; sums until it is looked up. */
 struct group {
-    struct point point; /* the first; p, n, wo and kd become means */
+    struct point point; /* the first; p, origin, n, wo and kd become sums */
     float count;
     float lit, asked;   /* luminance of lamps' light in the lobes that came through, and of all of it */
 };
@@ -90,6 +89,7 @@ static struct group *group_of(struct group groups[MOST_GROUPS], int *group_count
         if (!alike && i < MOST_GROUPS - 1)
             continue;
         g->point.p = add(g->point.p, point->p);
+        g->point.origin = add(g->point.origin, point->origin);
         g->point.n = add(g->point.n, point->n);
         g->point.wo = add(g->point.wo, point->wo);
         g->point.brdf.kd = add(g->point.brdf.kd, point->brdf.kd);
@@ -106,6 +106,7 @@ static struct point group_mean(const struct group *group)
     struct point point = group->point;
     float share = 1 / group->count;
     point.p = scale(point.p, share);
+    point.origin = scale(point.origin, share);
     point.n = normalize(point.n);
     point.wo = normalize(point.wo);
     point.brdf.kd = scale(point.brdf.kd, share);
@@ -120,6 +121,28 @@ static rgb record_colour(uint32_t record)
                 .2f + .8f * (float)(h >> 16 & 255) / 255);
 }
 
+/* Light of the lobes by one traced ray each, u two numbers in [0, 1). `lamps`: what lamps send directly counts, with the MIS weight against
+ * direct_with_mis. */
+static rgb traced_lobes(const struct frame_job *job, const struct point *point, float2 u, bool lamps, struct rng *rng)
+{
+    rgb sum = {0};
+    for (int i = 0; i < point->brdf.lobe_count; i++) {
+        float v[2] = {u.x, u.y}, pdf;
+        float3 wi;
+        rgb weight = lobe_sample(&point->brdf.lobes[i], point->n, point->wo, v, &wi, &pdf);
+        if (is_black(weight) || dot(wi, point->ng) <= 0)
+            continue;
+        struct ray ray = {point->origin, wi};
+        if (lamps) {
+            sum = add(sum, mul(weight, gather_specular(job->model, &job->fill->bounced, ray, point->n, pdf, rng)));
+        } else {
+            struct gathered light = gather(job->model, &job->fill->bounced, ray, rng, NULL);
+            sum = add(sum, mul(weight, add(light.surface, light.mirrored)));
+        }
+    }
+    return sum;
+}
+
 /* Where the cache has nothing: the light of one diffuse and one specular ray. */
 static rgb traced_indirect(const struct frame_job *job, const struct point *point, struct rng *rng)
 {
@@ -132,16 +155,7 @@ static rgb traced_indirect(const struct frame_job *job, const struct point *poin
             sum = mul(point->brdf.kd, add(light.surface, light.mirrored));
         }
     }
-    for (int i = 0; i < point->brdf.lobe_count; i++) {
-        float u[2] = {rng_float(rng), rng_float(rng)}, pdf;
-        float3 wi;
-        rgb weight = lobe_sample(&point->brdf.lobes[i], point->n, point->wo, u, &wi, &pdf);
-        if (is_black(weight) || dot(wi, point->ng) <= 0)
-            continue;
-        struct gathered light = gather(job->model, &job->fill->bounced, (struct ray){point->origin, wi}, rng, NULL);
-        sum = add(sum, mul(weight, add(light.surface, light.mirrored)));
-    }
-    return sum;
+    return add(sum, traced_lobes(job, point, (float2){rng_float(rng), rng_float(rng)}, false, rng));
 }
 
 /* Bounced light at the mean of a group, from the cache. */
@@ -182,7 +196,7 @@ static void look_up(const struct frame_job *job, const struct group *group, stru
     pixel->records = mad(pixel->records, record_colour(matches[best].record), group->count * matches[best].weight);
 }
 
-/* Light of a lamp sample that the cached lobes reflect, shadows apart: each lobe averaged over the solid angle that one of `count`
+/* Light of a lamp sample that the lobes reflect, shadows apart: each lobe averaged over the solid angle that one of `count`
  * samples stands for, so that highlights don't sparkle. */
 static rgb lamp_in_lobes(const struct frame_job *job, const struct point *point, const struct light_sample *light, int count)
 {
@@ -200,7 +214,7 @@ static rgb lamp_in_lobes(const struct frame_job *job, const struct point *point,
     return mul(light->weight, f_cos);
 }
 
-/* Lamps at a camera ray's hit whose lobes are cached: the diffuse part's light is returned; of the lobes' light only the share that comes
+/* Lamps at a camera ray's hit whose lobes are wide enough to be averaged: the diffuse part's light is returned; of the lobes' light only the share that comes
  * through is noted, highlight() has the rest. */
 static rgb direct_with_share(const struct frame_job *job, const struct point *point, const float u[static 3], struct group *group)
 {
@@ -239,23 +253,6 @@ static rgb highlight(const struct frame_job *job, const struct group *group)
     return scale(sum, group->lit / group->asked / HIGHLIGHT_CELLS);
 }
 
-/* Light of the lobes by one traced ray each. What lamps send directly, with the MIS weight against gather_direct, is told apart
- * by its own ray's first hit: it is part of `indirect` here, of Combined all the same. */
-static rgb traced_specular(const struct frame_job *job, const struct point *point, struct rng *rng)
-{
-    rgb sum = {0};
-    for (int i = 0; i < point->brdf.lobe_count; i++) {
-        float u[2] = {rng_float(rng), rng_float(rng)}, pdf;
-        float3 wi;
-        rgb weight = lobe_sample(&point->brdf.lobes[i], point->n, point->wo, u, &wi, &pdf);
-        if (is_black(weight) || dot(wi, point->ng) <= 0)
-            continue;
-        sum = add(sum, mul(weight, gather_specular(job->model, &job->fill->bounced, (struct ray){point->origin, wi}, point->n,
-                                                   pdf, rng)));
-    }
-    return sum;
-}
-
 static rgb direct_with_mis(const struct frame_job *job, const struct point *point, const float u[static 3])
 {
     rgb diffuse, specular;
@@ -269,26 +266,26 @@ static void cache_pixel(const struct frame_job *job, int x, int y, struct pixel 
 {
     uint64_t index = (uint64_t)(y * job->model->scene->camera.width + x);
     struct rng rng = rng_seed(job->options->seed ^ (uint64_t)SEED_CACHE << 32, index, 0);
-    float shift[5];
-    for (int k = 0; k < 5; k++)
-        shift[k] = rng_float(&rng);
+    struct sequence place = sequence_draw(&rng, job->spp), lamp = sequence_draw(&rng, job->spp),
+                    lobe = sequence_draw(&rng, job->spp);
+    float turn = rng_float(&rng);
     struct group groups[MOST_GROUPS];
     int group_count = 0;
     for (int i = 0; i < job->spp; i++) {
-        /* A 5-D R sequence (Roberts 2018), shifted in each pixel: place in the pixel, lamp, place on the lamp. */
-        const float steps[5] = {.8812714f, .7766393f, .6844301f, .6031687f, .5315553f};
-        float u[5];
-        for (int k = 0; k < 5; k++)
-            u[k] = fraction(shift[k] + steps[k] * (float)i);
+        float2 jitter = sequence_point(place, i), on_lamp = sequence_point(lamp, i);
+        /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself. */
+        float u[3] = {((float)i + turn) / (float)job->spp, on_lamp.x, on_lamp.y};
         struct point point;
-        if (!camera_sample(job, x, y, (float2){u[0], u[1]}, pixel, &point))
+        if (!camera_sample(job, x, y, jitter, pixel, &point))
             continue;
         struct group *group = group_of(groups, &group_count, &point);
-        if (caches_lobes(job, &point)) {
-            pixel->direct = add(pixel->direct, direct_with_share(job, &point, u + 2, group));
+        if (fill_resolves(&point.brdf)) {
+            pixel->direct = add(pixel->direct, direct_with_share(job, &point, u, group));
+            if (!caches_lobes(job, &point))
+                pixel->indirect = add(pixel->indirect, traced_lobes(job, &point, sequence_point(lobe, i), false, &rng));
         } else {
-            pixel->direct = add(pixel->direct, direct_with_mis(job, &point, u + 2));
-            pixel->indirect = add(pixel->indirect, traced_specular(job, &point, &rng));
+            pixel->direct = add(pixel->direct, direct_with_mis(job, &point, u));
+            pixel->indirect = add(pixel->indirect, traced_lobes(job, &point, sequence_point(lobe, i), true, &rng));
         }
     }
     for (int i = 0; i < group_count; i++) {

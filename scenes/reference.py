@@ -5,10 +5,9 @@
 
 Writes scenes/NAME/reference/{path,cycles}_{a,b}.exr, 16-bit floats: Combined, and Emission (what is seen directly of
 emitters and background), which is our path tracer's in all four, so that all are masked alike. Seeds 1 and 2; the
-demo's pictures use 0. scenes/NAME/reference/samples.json keeps the samples a pixel.
+demo's pictures use 0. scenes/NAME/reference/command.txt keeps the command.
 """
 import argparse
-import json
 import os
 import tempfile
 
@@ -44,9 +43,9 @@ def main():
                 file = f"{method}_{half}.exr"
                 pictures.write_half(os.path.join(folder, file), {"Combined": combined, "Emission": emission})
                 print(f"{options.name}: {file}, {samples} samples a pixel", flush=True)
-    with open(os.path.join(folder, "samples.json"), "w", encoding="utf-8") as file:
-        json.dump({"path": options.path, "cycles": options.cycles}, file)
-        file.write("\n")
+    with open(os.path.join(folder, "command.txt"), "w", encoding="utf-8") as file:
+        file.write(f"build/venv/bin/python scenes/reference.py {options.name} --path {options.path} "
+                   f"--cycles {options.cycles}\n")
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ static struct brdf principled(float metallic, float roughness, float cos_o)
 }
 
 /* Bins about the mirror direction, whose rings widen with the square of the angle; the last bin counts what was refused. */
-enum { RINGS = 24, SECTORS = 24, BINS = RINGS * SECTORS, STEPS = 12, SAMPLES = 400000 };
+enum { RINGS = 16, SECTORS = 16, BINS = RINGS * SECTORS, STEPS = 12, SAMPLES = 250000 };
 
 static int bin_of(struct frame mirror, float3 wi)
 {

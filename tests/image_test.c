@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -30,12 +31,6 @@ static const char *in_folder(const char *name)
     turn = !turn;
     snprintf(path[turn], sizeof path[turn], "%s/%s", folder, name);
     return path[turn];
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    return rmdir(folder); /* fails where a test or a writer left a file */
 }
 
 /* Values that neither half nor 8 bits hold exactly, with a sign and a large one. */
@@ -187,6 +182,9 @@ static void failures_name_the_file(void **state)
     make(&image, layered, 4);
     assert_false(image_write(in_folder("missing/a.exr"), &image, false, NULL, 0, error));
     assert_non_null(strstr(error, "missing/a.exr"));
+    assert_int_equal(mkdir(in_folder("d.exr"), 0700), 0); /* written beside it, but cannot take its place */
+    assert_false(image_write(in_folder("d.exr"), &image, false, NULL, 0, error));
+    assert_int_equal(rmdir(in_folder("d.exr")), 0);
     assert_false(image_write(in_folder("a.jpg"), &image, false, NULL, 0, error));
     assert_non_null(strstr(error, ".exr or .png"));
     assert_false(image_write(in_folder("a.unheard"), &image, false, NULL, 0, error));
@@ -207,12 +205,19 @@ static void a_truncated_picture_is_refused(void **state)
     unlink(in_folder("a.exr"));
 }
 
+/* Comes last: each writer has cleaned up after itself, each test too. */
+static void nothing_is_left(void **state)
+{
+    (void)state;
+    assert_int_equal(rmdir(folder), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(exr_keeps_floats_and_names),     cmocka_unit_test(half_rounds_to_eleven_bits),
         cmocka_unit_test(bytes_do_not_depend_on_the_time), cmocka_unit_test(srgb_decodes_colours_not_alpha),
         cmocka_unit_test(channels_are_found_by_layer),     cmocka_unit_test(failures_name_the_file),
-        cmocka_unit_test(a_truncated_picture_is_refused)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
+        cmocka_unit_test(a_truncated_picture_is_refused),  cmocka_unit_test(nothing_is_left)};
+    return cmocka_run_group_tests(tests, set_up, NULL);
 }

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bars that pictures have to meet, against the stored reference halves of scenes (scenes/reference.py)."""
+import os
+
+import pytest
+
+import run
+
+
+def test_two_references_agree_where_materials_are_exact():
+    for name in ("cornell", "monkey"):
+        path = run.reference(name, "path")
+        errors = run.compare(path[0], run.reference(name, "cycles"), image2=path[1])
+        assert abs(errors["mean_ratio"] - 1) <= 0.005, (name, errors)
+        assert errors["block_cv"] <= max(0.01, 2 * errors["block_sigma"]), (name, errors)
+
+
+def test_two_references_agree_on_principled():
+    path = run.reference("material_ball", "path")
+    errors = run.compare(path[0], run.reference("material_ball", "cycles"), image2=path[1])
+    assert abs(errors["mean_ratio"] - 1) <= 0.03, errors
+
+
+def test_references_are_small():
+    for name in ("cornell", "monkey", "material_ball"):
+        for kind in ("path", "cycles"):
+            for path in run.reference(name, kind):
+                assert os.path.getsize(path) < 2e6, path
+
+
+@pytest.mark.parametrize("name", ("cornell", "monkey", "material_ball"))
+def test_the_path_tracer_still_agrees_with_cycles(name, tmp_path):
+    """Two fresh halves of 8 samples against those of Cycles: their noise drops out."""
+    run.export(name, str(tmp_path / name))
+    halves = [str(tmp_path / f"{half}.exr") for half in "ab"]
+    for seed, out in enumerate(halves, 11):
+        run.burnish(str(tmp_path / name), out, "path", 8, run.cores(), seed)
+    errors = run.compare(halves[0], run.reference(name, "cycles"), image2=halves[1])
+    assert abs(errors["mean_ratio"] - 1) <= (0.03 if name == "material_ball" else 0.01), errors
+    assert errors["block_cv"] <= max(0.01, 2.5 * errors["block_sigma"]), errors
+
+
+def test_eas_on_cornell_meets_its_bar(cornell, tmp_path):
+    """CV(RMSE) .05 in a tenth of the CPU time that the path tracer needs for it, by its 1/N law."""
+    reference = run.reference("cornell", "path")
+    eas = run.burnish(str(cornell), str(tmp_path / "eas.exr"), "eas", 16, run.cores())
+    path = run.burnish(str(cornell), str(tmp_path / "path.exr"), "path", 16, run.cores())
+    eas_cv = run.compare(str(tmp_path / "eas.exr"), reference)["cv_rmse"]
+    path_cv = run.compare(str(tmp_path / "path.exr"), reference)["cv_rmse"]
+    assert eas_cv <= 0.05
+    assert eas["cpu_s"] <= 0.1 * path["cpu_s"] * (path_cv / 0.05) ** 2, (eas["cpu_s"], path["cpu_s"], path_cv)
