@@ -18,14 +18,13 @@ struct brdf brdf_phong(rgb kd, rgb ks, float exponent)
  * dielectric Fresnel curve. */
 static float fresnel_mean(float eta)
 {
-    if (eta < 1)
-        return 0.997118f + eta * (0.1014f - eta * (0.965241f + eta * 0.130607f));
+    if (eta < 1) return 0.997118f + eta * (0.1014f - eta * (0.965241f + eta * 0.130607f));
     return (eta - 1) / (4.08567f + 1.00071f * eta);
 }
 
-/* What multiple scattering adds to a lobe whose Fresnel factor has the mean `fresnel`, as a factor of single scattering:
- * 1 + Fms (1-E)/E, Fms from Kulla and Conty with one bounce taken out (Turquin 2019). *darkening is that factor without
- * the 1/E of a white lobe: Cycles' layering takes the lobe's albedo with it alone. */
+/* What multiple scattering adds to a lobe whose Fresnel factor has the mean `fresnel`, as a factor of single
+ * scattering: 1 + Fms (1-E)/E, Fms from Kulla and Conty with one bounce taken out (Turquin 2019). *darkening is that
+ * factor without the 1/E of a white lobe: Cycles' layering takes the lobe's albedo with it alone. */
 static rgb compensation(float roughness, float mu, rgb fresnel, rgb *darkening)
 {
     float e = ggx_albedo(roughness, mu), mean = ggx_albedo_mean(roughness), missing = (1 - e) / e;
@@ -38,7 +37,7 @@ static rgb compensation(float roughness, float mu, rgb fresnel, rgb *darkening)
 
 static struct lobe metal_lobe(rgb f0, rgb f82, float weight, float roughness, float mu)
 {
-    struct lobe lobe = {.type = LOBE_METAL, .alpha = fmaxf(sqr(roughness), GGX_ALPHA_MIN), .f0 = f0, .f82 = f82};
+    struct lobe lobe = {.type = LOBE_METAL, .alpha = maxf(sqr(roughness), GGX_ALPHA_MIN), .f0 = f0, .f82 = f82};
     /* The cosine-weighted mean of the F82-tint curve: Schlick's at 1/21 of the way to 1, less b/126. */
     const float edge = 6.0f / 7, edge5 = edge * edge * edge * edge * edge;
     const rgb white = {1, 1, 1};
@@ -57,17 +56,19 @@ struct brdf brdf_principled(const struct principled *p, float cos_o)
     rgb tint = p->specular_tint, colour = p->base_colour;
     if (metallic > 0) {
         rgb f0 = {saturate(colour.x), saturate(colour.y), saturate(colour.z)};
-        rgb f82 = {fminf(tint.x, 1), fminf(tint.y, 1), fminf(tint.z, 1)};
+        rgb f82 = {minf(tint.x, 1), minf(tint.y, 1), minf(tint.z, 1)};
         brdf.lobes[brdf.lobe_count++] = metal_lobe(f0, f82, metallic, roughness, mu);
     }
-    float eta = fmaxf(p->ior, 1e-5f), f0 = ggx_f0(eta);
+    float eta = maxf(p->ior, 1e-5f), f0 = ggx_f0(eta);
     if (p->specular_level != 0.5f) { /* f0 scaled, and the index that has it */
         f0 *= 2 * p->specular_level;
         float root = sqrtf(clampf(f0, 0, 0.99f));
         eta = p->ior < 1 ? (1 - root) / (1 + root) : (1 + root) / (1 - root);
     }
     if (base > 0 && eta != 1) {
-        struct lobe lobe = {.type = LOBE_DIELECTRIC, .alpha = fmaxf(sqr(roughness), GGX_ALPHA_MIN), .ior = eta,
+        struct lobe lobe = {.type = LOBE_DIELECTRIC,
+                            .alpha = maxf(sqr(roughness), GGX_ALPHA_MIN),
+                            .ior = eta,
                             .f0 = {saturate(f0 * tint.x), saturate(f0 * tint.y), saturate(f0 * tint.z)}};
         float real_f0 = ggx_f0(eta), share = saturate((fresnel_mean(eta) - real_f0) / (1 - real_f0));
         rgb darkening, factor = compensation(roughness, mu, lerp3(lobe.f0, white, share), &darkening);
@@ -91,10 +92,8 @@ static inline float phong_pdf(float exponent, float3 n, float3 wo, float3 wi, fl
 static inline rgb lobe_both(const struct lobe *lobe, float3 n, float3 wo, float3 wi, float *pdf)
 {
     *pdf = 0;
-    if (dot(n, wo) <= 0 || dot(n, wi) <= 0)
-        return (rgb){0};
-    if (lobe->type != LOBE_PHONG)
-        return ggx_eval(lobe, n, wo, wi, pdf);
+    if (dot(n, wo) <= 0 || dot(n, wi) <= 0) return (rgb){0};
+    if (lobe->type != LOBE_PHONG) return ggx_eval(lobe, n, wo, wi, pdf);
     float power;
     *pdf = phong_pdf(lobe->exponent, n, wo, wi, &power);
     return scale(lobe->weight, (lobe->exponent + 2) / (2 * PI) * power);
@@ -103,8 +102,7 @@ static inline rgb lobe_both(const struct lobe *lobe, float3 n, float3 wo, float3
 /* About the lobe's albedo at n.wo: how often it is chosen. */
 static inline float lobe_share(const struct lobe *lobe, float cos_o)
 {
-    if (lobe->type == LOBE_PHONG)
-        return average(lobe->weight);
+    if (lobe->type == LOBE_PHONG) return average(lobe->weight);
     return average(mul(lobe->weight, ggx_fresnel(lobe, cos_o)));
 }
 
@@ -115,8 +113,7 @@ static inline int choices(const struct brdf *brdf, float cos_o, float chance[sta
     for (int i = 0; i < brdf->lobe_count; i++)
         sum += chance[1 + i] = cos_o > 0 ? lobe_share(&brdf->lobes[i], cos_o) : 0;
     if (sum > 0)
-        for (int i = 0; i <= brdf->lobe_count; i++)
-            chance[i] /= sum;
+        for (int i = 0; i <= brdf->lobe_count; i++) chance[i] /= sum;
     return 1 + brdf->lobe_count;
 }
 
@@ -124,8 +121,7 @@ rgb brdf_eval_pdf(const struct brdf *brdf, float3 n, float3 wo, float3 wi, float
 {
     float cos_i = dot(n, wi), chance[3], one;
     *pdf = 0;
-    if (cos_i <= 0)
-        return (rgb){0};
+    if (cos_i <= 0) return (rgb){0};
     choices(brdf, dot(n, wo), chance);
     rgb f = scale(brdf->kd, 1 / PI);
     *pdf = chance[0] * cos_i / PI;
@@ -138,12 +134,10 @@ rgb brdf_eval_pdf(const struct brdf *brdf, float3 n, float3 wo, float3 wi, float
 
 rgb brdf_eval(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
 {
-    if (dot(n, wi) <= 0)
-        return (rgb){0};
+    if (dot(n, wi) <= 0) return (rgb){0};
     float pdf;
     rgb f = scale(brdf->kd, 1 / PI);
-    for (int i = 0; i < brdf->lobe_count; i++)
-        f = add(f, lobe_both(&brdf->lobes[i], n, wo, wi, &pdf));
+    for (int i = 0; i < brdf->lobe_count; i++) f = add(f, lobe_both(&brdf->lobes[i], n, wo, wi, &pdf));
     return f;
 }
 
@@ -162,9 +156,8 @@ static inline float3 cosine_direction(float3 n, float u, float v)
 
 static inline float3 lobe_direction(const struct lobe *lobe, float3 n, float3 wo, const float u[static 2])
 {
-    if (lobe->type != LOBE_PHONG)
-        return ggx_sample(lobe->alpha, n, wo, u);
-    float c = powf(1 - u[0], 1 / (lobe->exponent + 1)), s = sqrtf(fmaxf(1 - c * c, 0)), phi = 2 * PI * u[1];
+    if (lobe->type != LOBE_PHONG) return ggx_sample(lobe->alpha, n, wo, u);
+    float c = powf(1 - u[0], 1 / (lobe->exponent + 1)), s = sqrtf(maxf(1 - c * c, 0)), phi = 2 * PI * u[1];
     return to_world(frame_about(reflect(wo, n)), vec3(s * cosf(phi), s * sinf(phi), c));
 }
 
@@ -172,11 +165,9 @@ rgb brdf_sample(const struct brdf *brdf, float3 n, float3 wo, const float u[stat
 {
     float chance[3], x = u[0];
     int count = choices(brdf, dot(n, wo), chance), i = 0;
-    while (i < count - 1 && x >= chance[i])
-        x -= chance[i++];
+    while (i < count - 1 && x >= chance[i]) x -= chance[i++];
     *pdf = 0;
-    if (chance[i] <= 0)
-        return (rgb){0};
+    if (chance[i] <= 0) return (rgb){0};
     *wi = i == 0 ? cosine_direction(n, u[1], u[2]) : lobe_direction(&brdf->lobes[i - 1], n, wo, u + 1);
     rgb f = brdf_eval_pdf(brdf, n, wo, *wi, pdf);
     return *pdf > 0 ? scale(f, dot(n, *wi) / *pdf) : (rgb){0};
@@ -191,8 +182,7 @@ rgb lobe_eval(const struct lobe *lobe, float3 n, float3 wo, float3 wi)
 rgb lobe_sample(const struct lobe *lobe, float3 n, float3 wo, const float u[static 2], float3 *wi, float *pdf)
 {
     *pdf = 0;
-    if (dot(n, wo) <= 0)
-        return (rgb){0};
+    if (dot(n, wo) <= 0) return (rgb){0};
     *wi = lobe_direction(lobe, n, wo, u);
     rgb f = lobe_both(lobe, n, wo, *wi, pdf);
     return *pdf > 0 ? scale(f, dot(n, *wi) / *pdf) : (rgb){0};

@@ -41,9 +41,9 @@ struct principled {
 /* Modified Phong, METHOD: f = kd/pi + ks (n+2)/2pi cos^n alpha. */
 struct brdf brdf_phong(rgb kd, rgb ks, float exponent);
 
-/* Cycles 4.5's Principled BSDF for a viewer at cos_o = n.wo (> 0): the dielectric lobe's directional albedo takes from the
- * diffuse base, and GGX energy lost to multiple scattering is put back (Turquin 2019, as Cycles does it); both depend
- * on the viewer, so the value is good for this wo only. */
+/* Cycles 4.5's Principled BSDF for a viewer at cos_o = n.wo (> 0): the dielectric lobe's directional albedo takes from
+ * the diffuse base, and GGX energy lost to multiple scattering is put back (Turquin 2019, as Cycles does it); both
+ * depend on the viewer, so the value is good for this wo only. */
 struct brdf brdf_principled(const struct principled *principled, float cos_o);
 
 rgb brdf_eval(const struct brdf *brdf, float3 n, float3 wo, float3 wi);

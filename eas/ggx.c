@@ -6,17 +6,13 @@
 static inline float saturate(float x) { return clampf(x, 0, 1); }
 
 /* Smith's Lambda (Heitz 2014, eq. 72) at cosine c. */
-static inline float lambda(float alpha2, float c)
-{
-    return 0.5f * (sqrtf(1 + alpha2 * fmaxf(1 / (c * c) - 1, 0)) - 1);
-}
+static inline float lambda(float alpha2, float c) { return 0.5f * (sqrtf(1 + alpha2 * maxf(1 / (c * c) - 1, 0)) - 1); }
 
 float ggx_fresnel_dielectric(float c, float eta)
 {
     c = fabsf(c);
     float g2 = eta * eta - 1 + c * c;
-    if (g2 <= 0)
-        return 1;
+    if (g2 <= 0) return 1;
     float g = sqrtf(g2), a = (g - c) / (g + c), b = (c * (g + c) - 1) / (c * (g - c) + 1);
     return 0.5f * a * a * (1 + b * b);
 }
@@ -31,8 +27,7 @@ static inline float fresnel_share(float c, float eta)
 rgb ggx_fresnel(const struct lobe *lobe, float c)
 {
     const rgb white = {1, 1, 1};
-    if (lobe->type == LOBE_DIELECTRIC)
-        return lerp3(lobe->f0, white, fresnel_share(c, lobe->ior));
+    if (lobe->type == LOBE_DIELECTRIC) return lerp3(lobe->f0, white, fresnel_share(c, lobe->ior));
     /* Kutz et al. 2021, "Novel aspects of the Adobe Standard Material": Schlick less b cos (1-cos)^6, with b such that
      * the factor at cos = 1/7 is f82. */
     const float edge = 6.0f / 7, edge5 = edge * edge * edge * edge * edge;
@@ -56,13 +51,13 @@ rgb ggx_eval(const struct lobe *lobe, float3 n, float3 wo, float3 wi, float *pdf
     return mul(lobe->weight, scale(fresnel, d / (4 * cos_i * cos_o * (1 + lambda_i + lambda_o))));
 }
 
-/* A visible normal seen from w, both in the frame where n is z: uniform in the spherical cap that the stretched w sees. */
+/* A visible normal seen from w, both in the frame where n is z: uniform in the cap that the stretched w sees. */
 static inline float3 visible_normal(float alpha, float3 w, const float u[static 2])
 {
     float3 s = normalize(vec3(alpha * w.x, alpha * w.y, w.z));
     float phi = 2 * PI * u[0], z = (1 - u[1]) * (1 + s.z) - s.z, r = sqrtf(saturate(1 - z * z));
     float3 h = add(vec3(r * cosf(phi), r * sinf(phi), z), s);
-    return normalize(vec3(alpha * h.x, alpha * h.y, fmaxf(h.z, 0)));
+    return normalize(vec3(alpha * h.x, alpha * h.y, maxf(h.z, 0)));
 }
 
 float3 ggx_sample(float alpha, float3 n, float3 wo, const float u[static 2])
@@ -84,7 +79,9 @@ static struct {
 /* What the visible normals of w reflect: the light's and the half vector's cosines, with weights that sum to 1. The
  * points are a Fibonacci lattice over azimuth and height; heights crowd, by a cube, where the distribution's tail sends
  * light to the horizon. */
-struct visible { float cos_i, cos_h, weight; };
+struct visible {
+    float cos_i, cos_h, weight;
+};
 
 static void visible_directions(float alpha, float mu, struct visible out[static POINTS])
 {
@@ -105,8 +102,7 @@ static float integrate_albedo(float alpha, float mu)
     float alpha2 = alpha * alpha, lambda_o = lambda(alpha2, mu), sum = 0;
     visible_directions(alpha, mu, v);
     for (int i = 0; i < POINTS; i++)
-        if (v[i].cos_i > 0)
-            sum += v[i].weight * (1 + lambda_o) / (1 + lambda_o + lambda(alpha2, v[i].cos_i));
+        if (v[i].cos_i > 0) sum += v[i].weight * (1 + lambda_o) / (1 + lambda_o + lambda(alpha2, v[i].cos_i));
     return saturate(sum);
 }
 
@@ -130,11 +126,10 @@ static void fill_share(int x)
     for (int y = 0; y < SHARE_SIZE; y++) {
         visible_directions(alpha, grid(y, SHARE_SIZE), v);
         for (int z = 0; z < SHARE_SIZE; z++) {
-            float q = fminf(grid(z, SHARE_SIZE), 0.99f); /* 1 would be an infinite index */
+            float q = minf(grid(z, SHARE_SIZE), 0.99f); /* 1 would be an infinite index */
             float eta = (1 + q * q) / (1 - q * q), sum = 0;
             for (int i = 0; i < POINTS; i++)
-                if (v[i].cos_i > 0)
-                    sum += v[i].weight * fresnel_share(v[i].cos_h, eta);
+                if (v[i].cos_i > 0) sum += v[i].weight * fresnel_share(v[i].cos_h, eta);
             tables.share[z][y][x] = saturate(sum);
         }
     }
@@ -142,10 +137,8 @@ static void fill_share(int x)
 
 static void fill_tables(void)
 {
-    for (int x = 0; x < ALBEDO_SIZE; x++)
-        fill_albedo(x);
-    for (int x = 0; x < SHARE_SIZE; x++)
-        fill_share(x);
+    for (int x = 0; x < ALBEDO_SIZE; x++) fill_albedo(x);
+    for (int x = 0; x < SHARE_SIZE; x++) fill_share(x);
 }
 
 static void need_tables(void)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The GGX lobes of brdf.h: Walter et al. 2007 with the height-correlated Smith term (Heitz 2014), sampled by visible
- * normals (Heitz 2018; Dupuy and Benyoub 2023), under the two Fresnel curves of Cycles' Principled BSDF; and the albedos
- * that its energy compensation and layering look up.
+ * normals (Heitz 2018; Dupuy and Benyoub 2023), under the two Fresnel curves of Cycles' Principled BSDF; and the
+ * albedos that its energy compensation and layering look up.
  *
  * wi, wo, n as in brdf.h. Everything but the look-ups is a pure function; those fill their tables at the first call
  * (some 20 ms, once a process). Any thread may call any of it.

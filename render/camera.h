@@ -6,7 +6,9 @@
 #include "eas/vec.h"
 #include "import/scene.h"
 
-struct ray { float3 origin, dir; }; /* dir is unit */
+struct ray {
+    float3 origin, dir;
+}; /* dir is unit */
 
 /* The ray through (x, y) of a width x height picture, in pixels: (0, 0) is the corner of the top left pixel, pixel
  * (i, j) covers [i, i+1) x [j, j+1). */

@@ -45,9 +45,9 @@ static void summarise(struct emitter *e)
         const struct emitter_triangle *t = &e->triangles[i];
         float3 corner[3] = {t->a, add(t->a, t->ab), add(t->a, t->ac)};
         for (int k = 0; k < 3; k++) {
-            low = vec3(fminf(low.x, corner[k].x), fminf(low.y, corner[k].y), fminf(low.z, corner[k].z));
-            high = vec3(fmaxf(high.x, corner[k].x), fmaxf(high.y, corner[k].y), fmaxf(high.z, corner[k].z));
-            e->height = fminf(e->height, dot(e->normal, corner[k]));
+            low = vec3(minf(low.x, corner[k].x), minf(low.y, corner[k].y), minf(low.z, corner[k].z));
+            high = vec3(maxf(high.x, corner[k].x), maxf(high.y, corner[k].y), maxf(high.z, corner[k].z));
+            e->height = minf(e->height, dot(e->normal, corner[k]));
         }
         e->flat = e->flat && dot(normalize(cross(t->ab, t->ac)), e->normal) > 0.9999f;
         e->both_sides = e->both_sides || !t->front_only;
@@ -55,8 +55,7 @@ static void summarise(struct emitter *e)
         sum += (double)area(t) * luminance(t->radiance);
     }
     e->cumulative[e->count] = sum;
-    for (uint32_t i = 0; i <= e->count && sum > 0; i++)
-        e->cumulative[i] /= sum;
+    for (uint32_t i = 0; i <= e->count && sum > 0; i++) e->cumulative[i] /= sum;
     e->strength = (float)sum;
     e->centre = scale(add(low, high), 0.5f);
     e->radius = length(sub(high, low)) / 2;
@@ -69,10 +68,8 @@ bool emitter_build(const struct scene *scene, const struct scene_object *object,
     *emitter = (struct emitter){0};
     const struct triangles *t = placed->triangles;
     uint32_t count = 0;
-    for (uint32_t i = 0; i < t->triangle_count; i++)
-        count += material_of(scene, object, t->slots[i]) != NULL;
-    if (count == 0)
-        return true;
+    for (uint32_t i = 0; i < t->triangle_count; i++) count += material_of(scene, object, t->slots[i]) != NULL;
+    if (count == 0) return true;
     emitter->triangles = malloc(count * sizeof *emitter->triangles);
     emitter->cumulative = malloc((count + (size_t)1) * sizeof *emitter->cumulative);
     if (!emitter->triangles || !emitter->cumulative) {
@@ -81,8 +78,7 @@ bool emitter_build(const struct scene *scene, const struct scene_object *object,
     }
     for (uint32_t i = 0; i < t->triangle_count; i++) {
         const struct scene_material *material = material_of(scene, object, t->slots[i]);
-        if (material)
-            emitter->triangles[emitter->count++] = place(placed, i, material);
+        if (material) emitter->triangles[emitter->count++] = place(placed, i, material);
     }
     summarise(emitter);
     return true;
@@ -103,11 +99,10 @@ float emitter_irradiance(const struct emitter *emitter, float3 p, float3 n)
     float bound = d > r ? clampf((dot(n, to) + r) / d, 0, 1) : 1;
     if (e->flat) {
         float height = dot(e->normal, p) - e->height;
-        if (height <= 0 && !e->both_sides)
-            return 0;
-        own = fmaxf(fabsf(height), 1e-3f * r) / fmaxf(fabsf(height), fmaxf(d - r, 1e-3f * r));
+        if (height <= 0 && !e->both_sides) return 0;
+        own = maxf(fabsf(height), 1e-3f * r) / maxf(fabsf(height), maxf(d - r, 1e-3f * r));
     }
-    return e->strength * own * bound / fmaxf(d * d + r * r, 1e-20f);
+    return e->strength * own * bound / maxf(d * d + r * r, 1e-20f);
 }
 
 bool emitter_sample(const struct emitter *emitter, float3 p, const float u[static 3], float3 *wi, float *distance,
@@ -117,10 +112,8 @@ bool emitter_sample(const struct emitter *emitter, float3 p, const float u[stati
     uint32_t low = 0, high = e->count;
     while (high - low > 1) {
         uint32_t middle = (low + high) / 2;
-        if (e->cumulative[middle] <= u[0])
-            low = middle;
-        else
-            high = middle;
+        if (e->cumulative[middle] <= u[0]) low = middle;
+        else high = middle;
     }
     const struct emitter_triangle *t = &e->triangles[low];
     /* Heitz, "A Low-Distortion Map Between Triangle and Square", 2019: strata of u stay compact. */
@@ -135,8 +128,7 @@ bool emitter_sample(const struct emitter *emitter, float3 p, const float u[stati
     float3 q = mad(mad(t->a, t->ab, x), t->ac, y);
     float3 ng = normalize(cross(t->ab, t->ac)), to = sub(q, p);
     float side = dot(to, ng);
-    if (side == 0 || (side > 0 && t->front_only))
-        return false;
+    if (side == 0 || (side > 0 && t->front_only)) return false;
     to = sub(trace_offset(q, side > 0 ? scale(ng, -1) : ng), p);
     float d2 = dot(to, to);
     *distance = sqrtf(d2);

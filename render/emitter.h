@@ -14,15 +14,15 @@ struct emitter_triangle {
 
 struct emitter {
     struct emitter_triangle *triangles;
-    double *cumulative;   /* chances, [count + 1] */
+    double *cumulative; /* chances, [count + 1] */
     uint32_t count;
-    float strength;       /* luminance of radiance x area summed, W/sr */
-    bool both_sides;      /* some triangle shines from its back too */
-    float3 centre;        /* of a sphere about all, m */
+    float strength;  /* luminance of radiance x area summed, W/sr */
+    bool both_sides; /* some triangle shines from its back too */
+    float3 centre;   /* of a sphere about all, m */
     float radius;
-    bool flat;            /* all face the same way: */
-    float3 normal;        /* that way, and */
-    float height;         /* the least of dot(normal, corner), m */
+    bool flat;     /* all face the same way: */
+    float3 normal; /* that way, and */
+    float height;  /* the least of dot(normal, corner), m */
 };
 
 /* Gathers the emitting triangles of an object; count 0 where it has none. False where memory runs out. */

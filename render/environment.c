@@ -5,7 +5,7 @@
 
 #include "render/transform.h"
 
-#define THRESHOLD_FACTOR 4 /* times the mean luminance */
+#define THRESHOLD_FACTOR 2 /* times the mean luminance */
 
 static inline float2 direction_uv(const struct environment *e, float3 dir)
 {
@@ -25,12 +25,10 @@ static inline rgb texel(const struct environment *e, int x, int y)
 
 static rgb radiance(const struct environment *e, float3 dir)
 {
-    if (!e->image)
-        return e->radiance;
+    if (!e->image) return e->radiance;
     float2 uv = direction_uv(e, dir);
     float x = uv.x * (float)e->image->width, y = (1 - uv.y) * (float)e->image->height;
-    if (e->closest)
-        return texel(e, (int)floorf(x), (int)floorf(y));
+    if (e->closest) return texel(e, (int)floorf(x), (int)floorf(y));
     float fx = floorf(x - 0.5f), fy = floorf(y - 0.5f), s = x - 0.5f - fx, t = y - 0.5f - fy;
     int ix = (int)fx, iy = (int)fy;
     return lerp3(lerp3(texel(e, ix, iy), texel(e, ix + 1, iy), s),
@@ -39,7 +37,7 @@ static rgb radiance(const struct environment *e, float3 dir)
 
 static inline rgb strong_of(const struct environment *e, rgb c)
 {
-    return vec3(fmaxf(c.x - e->threshold, 0), fmaxf(c.y - e->threshold, 0), fmaxf(c.z - e->threshold, 0));
+    return vec3(maxf(c.x - e->threshold, 0), maxf(c.y - e->threshold, 0), maxf(c.z - e->threshold, 0));
 }
 
 /* Sine of the latitude at the upper border of row y. */
@@ -71,8 +69,7 @@ static float mean_luminance(const struct environment *e)
     double sum = 0;
     for (int y = 0; y < e->image->height; y++) {
         double row = 0;
-        for (int x = 0; x < e->image->width; x++)
-            row += luminance(texel(e, x, y));
+        for (int x = 0; x < e->image->width; x++) row += luminance(texel(e, x, y));
         sum += row * texel_angle(e, y);
     }
     return (float)(sum / (4 * PI));
@@ -87,16 +84,13 @@ static void accumulate(struct environment *e)
         float *columns = e->columns + (size_t)y * ((size_t)w + 1);
         double row = 0;
         columns[0] = 0;
-        for (int x = 0; x < w; x++)
-            columns[x + 1] = (float)(row += cell_strength(e, x, y));
-        for (int x = 1; x <= w && row > 0; x++)
-            columns[x] /= (float)row;
+        for (int x = 0; x < w; x++) columns[x + 1] = (float)(row += cell_strength(e, x, y));
+        for (int x = 1; x <= w && row > 0; x++) columns[x] /= (float)row;
         e->rows[y] = (float)total;
         total += row * texel_angle(e, y);
     }
     e->rows[h] = (float)total;
-    for (int y = 0; y <= h && total > 0; y++)
-        e->rows[y] /= (float)total;
+    for (int y = 0; y <= h && total > 0; y++) e->rows[y] /= (float)total;
     e->strong_flux = (float)total;
 }
 
@@ -105,13 +99,11 @@ bool environment_build(const struct scene_world *world, const struct textures *t
 {
     struct environment *e = environment;
     *e = (struct environment){.radiance = vec_from(world->radiance), .threshold = INFINITY};
-    if (world->texture == SCENE_NONE || is_black(e->radiance))
-        return true;
+    if (world->texture == SCENE_NONE || is_black(e->radiance)) return true;
     const struct scene_texture *texture = &textures->scene->textures[world->texture];
     e->image = &textures->images[texture->image];
     e->closest = texture->interpolation == TEXTURE_CLOSEST;
-    for (int i = 0; i < 3; i++)
-        e->axes[i] = normalize(transform_column(world->transform, i));
+    for (int i = 0; i < 3; i++) e->axes[i] = normalize(transform_column(world->transform, i));
     size_t w = (size_t)e->image->width, h = (size_t)e->image->height;
     e->rows = malloc((h + 1) * sizeof *e->rows);
     e->columns = malloc((w + 1) * h * sizeof *e->columns);
@@ -140,7 +132,7 @@ rgb environment_rest(const struct environment *environment, float3 dir)
 {
     rgb c = radiance(environment, dir);
     float t = environment->strong_flux > 0 ? environment->threshold : INFINITY;
-    return vec3(fminf(c.x, t), fminf(c.y, t), fminf(c.z, t));
+    return vec3(minf(c.x, t), minf(c.y, t), minf(c.z, t));
 }
 
 /* The i with cumulative[i] <= u < cumulative[i + 1], and in *fraction where between them. */
@@ -149,10 +141,8 @@ static int find(const float *cumulative, int count, float u, float *fraction)
     int low = 0, high = count;
     while (high - low > 1) {
         int middle = (low + high) / 2;
-        if (cumulative[middle] <= u)
-            low = middle;
-        else
-            high = middle;
+        if (cumulative[middle] <= u) low = middle;
+        else high = middle;
     }
     float width = cumulative[low + 1] - cumulative[low];
     *fraction = width > 0 ? clampf((u - cumulative[low]) / width, 0, 1) : 0.5f;
@@ -172,7 +162,7 @@ float3 environment_sample(const struct environment *environment, const float u[s
     int y = find(e->rows, e->image->height, u[0], &t);
     int x = find(e->columns + (size_t)y * ((size_t)e->image->width + 1), e->image->width, u[1], &s);
     *pdf = texel_pdf(e, x, y);
-    float top = row_top(e, y), z = top + t * (row_top(e, y + 1) - top), r = sqrtf(fmaxf(1 - z * z, 0));
+    float top = row_top(e, y), z = top + t * (row_top(e, y + 1) - top), r = sqrtf(maxf(1 - z * z, 0));
     float phi = (0.5f - ((float)x + s) / (float)e->image->width) * 2 * PI;
     return mad(mad(scale(e->axes[0], r * cosf(phi)), e->axes[1], r * sinf(phi)), e->axes[2], z);
 }
@@ -180,8 +170,7 @@ float3 environment_sample(const struct environment *environment, const float u[s
 float environment_pdf(const struct environment *environment, float3 dir)
 {
     const struct environment *e = environment;
-    if (!(e->strong_flux > 0))
-        return 0;
+    if (!(e->strong_flux > 0)) return 0;
     float2 uv = direction_uv(e, dir);
     int x = (int)(uv.x * (float)e->image->width), y = (int)((1 - uv.y) * (float)e->image->height);
     x = x < 0 ? 0 : x >= e->image->width ? e->image->width - 1 : x;

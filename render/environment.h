@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Radiance from outside, split in two: strong = max(L - threshold, 0) a channel, which is sampled by importance, and the
- * rest, which is at most the threshold and met by chance.
+/* Radiance from outside, split in two: strong = max(L - threshold, 0) a channel, which is sampled by importance, and
+ * the rest, which is at most the threshold and met by chance.
  *
- * The threshold is 4 x the mean luminance over the sphere: what stands out of that is small and bright (sun, windows,
+ * The threshold is 2 x the mean luminance over the sphere: what stands out of that is small and bright (sun, windows,
  * lamps in the picture) and would be noise if met by chance. A constant environment has nothing strong.
  * Read-only once built: any thread may call.
  */

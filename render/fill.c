@@ -7,7 +7,7 @@
 
 #include "render/gather.h"
 
-enum { GATHER_RAYS = 784, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201, FIRST_ROUND = 64 };
+enum { GATHER_RAYS = 196, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201, FIRST_ROUND = 64 };
 
 /* Zones: half the distance to the nearest surface, at least and at most so many pixels in radius. */
 #define ZONE_SHARE .5f
@@ -16,9 +16,11 @@ enum { GATHER_RAYS = 784, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201, FIRS
 /* Look-ups reach 1.5 radii, so that zones overlap. */
 #define STRETCH 1.5f
 /* Glossy records send about FOCUS_RAYS more rays within so many lobe widths, and a margin in rad, of the mirror direction. */
-#define FOCUS_RAYS 512.0f
+#define FOCUS_RAYS 128.0f
 #define FOCUS_WIDTHS 1.5f
 #define FOCUS_MARGIN .05f
+/* Records whose zone is this many times the least send four times the rays. */
+#define FINE_ZONE 2.0f
 /* Strata beside ones brighter than HOT times the mean get HOT_SPLIT x HOT_SPLIT rays. */
 #define HOT 8.0f
 /* Lobes narrower than this, rad, are traced: n = 300. */
@@ -38,6 +40,7 @@ struct draft {
 };
 
 struct scratch {
+    uint32_t strata, rays; /* room */
     struct gather_sample *all, *surface, *mirrored, *infinite;
     struct gathered *first; /* of each stratum */
     int *sides;             /* into how many parts a side each stratum is split */
@@ -56,16 +59,31 @@ bool fill_resolves(const struct brdf *brdf)
     return true;
 }
 
-static bool scratch_alloc(struct scratch *scratch, int samples)
+/* Room for `strata` strata and `rays` rays. */
+static bool scratch_reserve(struct scratch *scratch, uint32_t strata, uint32_t rays)
 {
-    *scratch = (struct scratch){0};
-    struct gather_sample **arrays[] = {&scratch->all, &scratch->surface, &scratch->mirrored, &scratch->infinite};
-    bool ok = true;
-    for (int i = 0; i < 4; i++)
-        ok = (*arrays[i] = malloc((size_t)samples * MOST_SPLIT * MOST_SPLIT * 2 * sizeof **arrays[i])) && ok;
-    ok = (scratch->first = malloc((size_t)samples * sizeof *scratch->first)) && ok;
-    ok = (scratch->sides = malloc((size_t)samples * sizeof *scratch->sides)) && ok;
-    return (scratch->eas = malloc((size_t)SELECT.most * sizeof *scratch->eas)) && ok;
+    if (strata > scratch->strata) {
+        free(scratch->all);
+        free(scratch->first);
+        free(scratch->sides);
+        scratch->all = malloc(strata * sizeof *scratch->all);
+        scratch->first = malloc(strata * sizeof *scratch->first);
+        scratch->sides = malloc(strata * sizeof *scratch->sides);
+        scratch->strata = strata;
+    }
+    if (rays > scratch->rays) {
+        free(scratch->surface);
+        free(scratch->mirrored);
+        free(scratch->infinite);
+        scratch->surface = malloc(rays * sizeof *scratch->surface);
+        scratch->mirrored = malloc(rays * sizeof *scratch->mirrored);
+        scratch->infinite = malloc(2 * (size_t)rays * sizeof *scratch->infinite);
+        scratch->rays = rays;
+    }
+    if (!scratch->eas)
+        scratch->eas = malloc((size_t)SELECT.most * sizeof *scratch->eas);
+    return scratch->all && scratch->first && scratch->sides && scratch->surface && scratch->mirrored && scratch->infinite &&
+           scratch->eas;
 }
 
 static void scratch_free(struct scratch *scratch)
@@ -112,7 +130,7 @@ struct plan {
     struct frame frame;
     float3 mirror;
     float cone;
-    int split;
+    int split; /* within the cone, to begin with */
 };
 
 static struct plan plan_gather(const struct draft *draft)
@@ -173,7 +191,31 @@ static void sort_sample(const struct gathered *light, float3 dir, float omega, s
         scratch->mirrored[counts[1]++] = m;
 }
 
-/* Gathers a record at draft->point: first a ray a stratum, then more where the lobes look or the light is concentrated. */
+/* Into how many parts a side each stratum is split for the rays proper. A zone of many pixels deserves more rays than one of a few,
+ * whose neighbours average its noise away. Returns the rays in all. */
+static uint32_t choose_sides(const struct draft *draft, const struct plan *plan, float radius, struct scratch *scratch)
+{
+    int strata = plan->grid.rows * plan->grid.columns, everywhere = radius > FINE_ZONE * draft->least ? 2 : 1;
+    uint32_t rays = 0;
+    float mean = 0;
+    for (int i = 0; i < strata; i++)
+        mean += luminance(scratch->all[i].radiance) / (float)strata;
+    for (int i = 0; i < strata; i++) {
+        int row = i / plan->grid.columns, column = i % plan->grid.columns, side = 1;
+        float3 middle = to_world(plan->frame, gather_direction(plan->grid, row, column, .5f, .5f));
+        if (dot(middle, plan->mirror) > cosf(plan->cone))
+            side = plan->split;
+        if (is_hot(scratch->all, plan, i, mean))
+            side = side > HOT_SPLIT ? side : HOT_SPLIT;
+        side *= everywhere;
+        scratch->sides[i] = side;
+        rays += (uint32_t)(side * side);
+    }
+    return rays;
+}
+
+/* Gathers a record at draft->point: first a ray a stratum, then more where the lobes look, where the light is concentrated and where the
+ * zone is large. */
 static void make_record(const struct model *model, const struct fill *fill, struct draft *draft, float pixel, uint64_t seed,
                         uint64_t index, struct scratch *scratch)
 {
@@ -181,27 +223,24 @@ static void make_record(const struct model *model, const struct fill *fill, stru
     struct rng rng = rng_seed(seed, SEED_RECORD, index);
     struct plan plan = plan_gather(draft);
     int strata = plan.grid.rows * plan.grid.columns;
-    float omega = 2 * PI / (float)strata, nearest = INFINITY, mean = 0;
-    struct gather_sample *all = scratch->all;
+    float omega = 2 * PI / (float)strata, nearest = INFINITY;
     uint32_t counts[3] = {0};
-    for (int i = 0; i < strata; i++) {
+    draft->least = LEAST_PIXELS * pixel;
+    draft->failed = !scratch_reserve(scratch, (uint32_t)strata, (uint32_t)strata);
+    for (int i = 0; !draft->failed && i < strata; i++) {
         struct gathered *first = &scratch->first[i];
         float3 dir;
         *first = send(model, fill, point, &plan, i, 0, 1, &rng, &dir);
-        all[i] = (struct gather_sample){dir, first->distance, first->normal, add(first->surface, first->mirrored), omega};
-        mean += luminance(all[i].radiance) / (float)strata;
+        scratch->all[i] = (struct gather_sample){dir, first->distance, first->normal, add(first->surface, first->mirrored), omega};
+        nearest = minf(nearest, first->distance);
     }
-    for (int i = 0; i < strata; i++) {
-        int row = i / plan.grid.columns, column = i % plan.grid.columns;
-        float3 middle = to_world(plan.frame, gather_direction(plan.grid, row, column, .5f, .5f));
-        int side = dot(middle, plan.mirror) > cosf(plan.cone) ? plan.split : 1;
-        if (is_hot(all, &plan, i, mean))
-            side = side > HOT_SPLIT ? side : HOT_SPLIT;
-        scratch->sides[i] = side;
-    }
+    draft->failed = draft->failed || !scratch_reserve(scratch, (uint32_t)strata,
+                                                      choose_sides(draft, &plan, ZONE_SHARE * nearest, scratch));
+    if (draft->failed)
+        return;
+    struct gather_sample *all = scratch->all;
     for (int i = 0; i < strata; i++) {
         int side = scratch->sides[i];
-        nearest = minf(nearest, all[i].distance);
         if (side == 1) {
             sort_sample(&scratch->first[i], all[i].dir, omega, scratch, counts);
             continue;
@@ -222,7 +261,6 @@ static void make_record(const struct model *model, const struct fill *fill, stru
         nearest = minf(nearest, all[i].distance);
     }
     draft->irradiance = irradiance_of(all, plan.grid, plan.frame);
-    draft->least = LEAST_PIXELS * pixel;
     float radius = minf(ZONE_SHARE * nearest, irradiance_reach(&draft->irradiance));
     draft->zone = (struct zone){point->p, point->n, clampf(radius, draft->least, MOST_PIXELS * pixel)};
     irradiance_limit(&draft->irradiance, draft->zone.radius * STRETCH);
@@ -301,11 +339,9 @@ static bool fill_records(const struct model *model, bool eas, uint64_t seed, str
     uint32_t *order = coarse_to_fine(camera->width, camera->height);
     uint32_t largest = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)total);
     struct draft *drafts = malloc(largest * sizeof *drafts);
-    int threads = omp_get_max_threads(), samples = gather_grid(GATHER_RAYS).rows * gather_grid(GATHER_RAYS).columns;
+    int threads = omp_get_max_threads();
     struct scratch *scratch = calloc((size_t)threads, sizeof *scratch);
     bool ok = order && drafts && scratch;
-    for (int i = 0; ok && i < threads; i++)
-        ok = scratch_alloc(&scratch[i], samples);
     for (uint32_t done = 0, count; ok && done < total; done += count) {
         count = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)done);
         count = count < total - done ? count : total - done;

@@ -14,23 +14,21 @@
 struct lamp {
     enum light_type type;
     enum light_shape shape;
-    float3 centre;      /* m */
-    float3 axis;        /* unit; SPOT, AREA: where it shines; SUN: toward the sun */
-    float3 u, v;        /* AREA: half its extents, m */
-    float3 spot[3];     /* SPOT: rows of the world to lamp rotation and scale */
-    rgb radiance;       /* W/m2/sr; of a point W/sr; of a sun without an angle its irradiance, W/m2 */
-    float radius;       /* POINT, SPOT: m, 0: a point; AREA: of the circle about it */
-    float area;         /* AREA: m2 */
-    float cos_cone;     /* SPOT: cosine of half the opening */
-    float cos_wide;     /* SPOT: of the widest cone that a scaled lamp may light */
-    float soft;         /* SPOT: 1 / width of the soft border, in cosines */
-    float tan_spread;   /* AREA: tangent of half the spread; INFINITY: all directions */
-    float spread_norm;  /* AREA: keeps the power under a spread */
-    float cone;         /* SUN: 1 - cos of half the angle; 0: a single direction */
+    float3 centre;     /* m */
+    float3 axis;       /* unit; SPOT, AREA: where it shines; SUN: toward the sun */
+    float3 u, v;       /* AREA: half its extents, m */
+    rgb radiance;      /* W/m2/sr; of a point W/sr; of a sun without an angle its irradiance, W/m2 */
+    float radius;      /* POINT, SPOT: m, 0: a point; AREA: of the circle about it */
+    float area;        /* AREA: m2 */
+    float cos_cone;    /* SPOT: cosine of half the opening */
+    float soft;        /* SPOT: 1 / width of the soft border, in cosines */
+    float tan_spread;  /* AREA: tangent of half the spread; INFINITY: all directions */
+    float spread_norm; /* AREA: keeps the power under a spread */
+    float cone;        /* SUN: 1 - cos of half the angle; 0: a single direction */
 };
 
-/* One connection: wi unit, distance (INFINITY for a sun), pdf per solid angle; 0 marks a point or a single direction, whose
- * `radiance` is then irradiance on a surface that faces it. */
+/* One connection: wi unit, distance (INFINITY for a sun), pdf per solid angle; 0 marks a point or a single direction,
+ * whose `radiance` is then irradiance on a surface that faces it. */
 struct lamp_sample {
     float3 wi;
     float distance, pdf;

@@ -28,12 +28,9 @@ static bool build_emitters(struct lights *lights)
     for (int i = 0; i < lights->scene->object_count; i++) {
         struct emitter *emitter = &lights->emitters[lights->emitter_count];
         lights->emitter_of[i] = -1;
-        if (!emitter_build(lights->scene, &lights->scene->objects[i], &lights->objects[i], emitter))
-            return false;
-        if (emitter->strength > 0)
-            lights->emitter_of[i] = lights->emitter_count++;
-        else
-            emitter_free(emitter);
+        if (!emitter_build(lights->scene, &lights->scene->objects[i], &lights->objects[i], emitter)) return false;
+        if (emitter->strength > 0) lights->emitter_of[i] = lights->emitter_count++;
+        else emitter_free(emitter);
     }
     return true;
 }
@@ -42,21 +39,17 @@ static bool build_emitters(struct lights *lights)
 static bool build_chances(struct lights *lights, float radius)
 {
     float *c = lights->cumulative = malloc(((size_t)lights->count + 1) * sizeof *c);
-    if (!c)
-        return false;
+    if (!c) return false;
     double sum = 0;
     for (int i = 0; i < lights->count; i++) {
         int emitter = i - lights->lamp_count;
         c[i] = (float)sum;
-        if (emitter < 0)
-            sum += lamp_power(&lights->lamps[i], radius);
+        if (emitter < 0) sum += lamp_power(&lights->lamps[i], radius);
         else if (emitter < lights->emitter_count)
             sum += PI * lights->emitters[emitter].strength * (lights->emitters[emitter].both_sides ? 2 : 1);
-        else
-            sum += lights->environment.strong_flux * PI * radius * radius;
+        else sum += lights->environment.strong_flux * PI * radius * radius;
     }
-    for (int i = 0; i < lights->count; i++)
-        c[i] /= (float)sum;
+    for (int i = 0; i < lights->count; i++) c[i] /= (float)sum;
     c[lights->count] = 1;
     return true;
 }
@@ -67,12 +60,10 @@ static bool build(struct lights *lights, const struct textures *textures, float 
     lights->lamps = malloc(((size_t)scene->light_count + 1) * sizeof *lights->lamps);
     lights->emitters = calloc((size_t)scene->object_count + 1, sizeof *lights->emitters);
     lights->emitter_of = malloc(((size_t)scene->object_count + 1) * sizeof *lights->emitter_of);
-    if (!lights->lamps || !lights->emitters || !lights->emitter_of)
-        return false;
+    if (!lights->lamps || !lights->emitters || !lights->emitter_of) return false;
     for (int i = 0; i < scene->light_count; i++)
         lights->lamp_count += lamp_make(&scene->lights[i], &lights->lamps[lights->lamp_count]);
-    if (!build_emitters(lights) || !environment_build(&scene->world, textures, &lights->environment))
-        return false;
+    if (!build_emitters(lights) || !environment_build(&scene->world, textures, &lights->environment)) return false;
     lights->count = lights->lamp_count + lights->emitter_count + (lights->environment.strong_flux > 0);
     return lights->count <= WEIGHED || build_chances(lights, radius);
 }
@@ -95,10 +86,8 @@ struct lights *lights_build(const struct scene *scene, const struct textures *te
 
 void lights_free(struct lights *lights)
 {
-    if (!lights)
-        return;
-    for (int i = 0; lights->emitters && i < lights->emitter_count; i++)
-        emitter_free(&lights->emitters[i]);
+    if (!lights) return;
+    for (int i = 0; lights->emitters && i < lights->emitter_count; i++) emitter_free(&lights->emitters[i]);
     environment_free(&lights->environment);
     free(lights->lamps);
     free(lights->emitters);
@@ -112,21 +101,17 @@ bool lights_any(const struct lights *lights) { return lights->count > 0; }
 static float irradiance(const struct lights *lights, int light, float3 p, float3 n)
 {
     int emitter = light - lights->lamp_count;
-    if (emitter < 0)
-        return lamp_irradiance(&lights->lamps[light], p, n);
-    if (emitter < lights->emitter_count)
-        return emitter_irradiance(&lights->emitters[emitter], p, n);
+    if (emitter < 0) return lamp_irradiance(&lights->lamps[light], p, n);
+    if (emitter < lights->emitter_count) return emitter_irradiance(&lights->emitters[emitter], p, n);
     return lights->environment.strong_flux;
 }
 
 /* The chance with which choose takes a light. */
 static float chance(const struct lights *lights, int light, float3 p, float3 n)
 {
-    if (lights->cumulative)
-        return lights->cumulative[light + 1] - lights->cumulative[light];
+    if (lights->cumulative) return lights->cumulative[light + 1] - lights->cumulative[light];
     float sum = 0, own = irradiance(lights, light, p, n);
-    for (int i = 0; i < lights->count; i++)
-        sum += i == light ? own : irradiance(lights, i, p, n);
+    for (int i = 0; i < lights->count; i++) sum += i == light ? own : irradiance(lights, i, p, n);
     return own > 0 ? own / sum : 0;
 }
 
@@ -137,28 +122,22 @@ static int choose(const struct lights *lights, float3 p, float3 n, float *u, flo
         int low = 0, high = lights->count;
         while (high - low > 1) {
             int middle = (low + high) / 2;
-            if (lights->cumulative[middle] <= *u)
-                low = middle;
-            else
-                high = middle;
+            if (lights->cumulative[middle] <= *u) low = middle;
+            else high = middle;
         }
         *chance_of = lights->cumulative[low + 1] - lights->cumulative[low];
         *u = clampf((*u - lights->cumulative[low]) / *chance_of, 0, 0x1.fffffep-1f);
         return *chance_of > 0 ? low : -1;
     }
     float weights[WEIGHED], sum = 0;
-    for (int i = 0; i < lights->count; i++)
-        sum += weights[i] = irradiance(lights, i, p, n);
-    if (!(sum > 0))
-        return -1;
+    for (int i = 0; i < lights->count; i++) sum += weights[i] = irradiance(lights, i, p, n);
+    if (!(sum > 0)) return -1;
     float x = *u * sum;
     int light = -1;
     for (int i = 0; i < lights->count; i++) {
-        if (weights[i] <= 0)
-            continue;
+        if (weights[i] <= 0) continue;
         light = i; /* rounding may carry x past the last one */
-        if (x < weights[i])
-            break;
+        if (x < weights[i]) break;
         x -= weights[i];
     }
     *chance_of = weights[light] / sum;
@@ -166,26 +145,23 @@ static int choose(const struct lights *lights, float3 p, float3 n, float *u, flo
     return light;
 }
 
-bool lights_sample(const struct lights *lights, float3 p, float3 n, const float u[static 3], struct light_sample *sample)
+bool lights_sample(const struct lights *lights, float3 p, float3 n, const float u[static 3],
+                   struct light_sample *sample)
 {
     float v[3] = {u[0], u[1], u[2]}, chance_of = 0;
     int light = lights->count > 0 ? choose(lights, p, n, v, &chance_of) : -1;
-    if (light < 0)
-        return false;
+    if (light < 0) return false;
     struct lamp_sample s;
     int emitter = light - lights->lamp_count;
     if (emitter < 0) {
-        if (!lamp_sample(&lights->lamps[light], p, n, v + 1, &s))
-            return false;
+        if (!lamp_sample(&lights->lamps[light], p, n, v + 1, &s)) return false;
     } else if (emitter < lights->emitter_count) {
-        if (!emitter_sample(&lights->emitters[emitter], p, v, &s.wi, &s.distance, &s.radiance, &s.pdf))
-            return false;
+        if (!emitter_sample(&lights->emitters[emitter], p, v, &s.wi, &s.distance, &s.radiance, &s.pdf)) return false;
     } else {
         s.wi = environment_sample(&lights->environment, v + 1, &s.pdf);
         s.distance = INFINITY;
         s.radiance = environment_strong(&lights->environment, s.wi);
-        if (!(s.pdf > 0) || is_black(s.radiance))
-            return false;
+        if (!(s.pdf > 0) || is_black(s.radiance)) return false;
     }
     float pdf = s.pdf * chance_of;
     *sample = (struct light_sample){s.wi, s.distance, scale(s.radiance, 1 / (s.pdf > 0 ? pdf : chance_of)), pdf};
@@ -195,18 +171,15 @@ bool lights_sample(const struct lights *lights, float3 p, float3 n, const float 
 float lights_pdf_hit(const struct lights *lights, float3 p, float3 n, float3 dir, const struct hit *hit, float3 ng)
 {
     int emitter = lights->emitter_of[hit->object];
-    if (emitter < 0)
-        return 0;
+    if (emitter < 0) return 0;
     const struct scene_object *object = &lights->scene->objects[hit->object];
     uint32_t slot = lights->objects[hit->object].triangles->slots[hit->triangle];
     int material = slot < object->slot_count ? object->materials[slot] : SCENE_NONE;
-    if (material == SCENE_NONE)
-        return 0;
+    if (material == SCENE_NONE) return 0;
     float light = luminance(vec_from(lights->scene->materials[material].emission)), c = fabsf(dot(dir, ng));
-    if (light == 0 || c == 0)
-        return 0;
-    return chance(lights, lights->lamp_count + emitter, p, n) *
-           emitter_pdf_area(&lights->emitters[emitter], light) * hit->t * hit->t / c;
+    if (light == 0 || c == 0) return 0;
+    return chance(lights, lights->lamp_count + emitter, p, n) * emitter_pdf_area(&lights->emitters[emitter], light) *
+           hit->t * hit->t / c;
 }
 
 rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float3 dir, float tmax, float pdf)
@@ -222,8 +195,8 @@ rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float
 rgb lights_strong(const struct lights *lights, float3 p, float3 n, float3 dir, float *pdf)
 {
     rgb radiance = environment_strong(&lights->environment, dir);
-    *pdf = is_black(radiance) ? 0
-                              : environment_pdf(&lights->environment, dir) * chance(lights, lights->count - 1, p, n);
+    *pdf =
+        is_black(radiance) ? 0 : environment_pdf(&lights->environment, dir) * chance(lights, lights->count - 1, p, n);
     return radiance;
 }
 

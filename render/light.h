@@ -38,9 +38,10 @@ bool lights_any(const struct lights *lights);
  * sample.distance from p ends just before the light; n is the shading normal there: lights wholly below its horizon may
  * be left out. The same p and n must go into lights_sample and into what weighs against it. */
 
-/* A connection from p to a light: u[0] chooses the light, u[1], u[2] the place on it. False: nothing arrives. The caller
- * traces the shadow ray. */
-bool lights_sample(const struct lights *lights, float3 p, float3 n, const float u[static 3], struct light_sample *sample);
+/* A connection from p to a light: u[0] chooses the light, u[1], u[2] the place on it. False: nothing arrives. The
+ * caller traces the shadow ray. */
+bool lights_sample(const struct lights *lights, float3 p, float3 n, const float u[static 3],
+                   struct light_sample *sample);
 
 /* For a traced ray from p along dir that hit triangle hit->triangle of hit->object: the pdf with which lights_sample
  * would have chosen it, 0 where it does not emit. ng: the triangle's geometric normal. */

@@ -27,27 +27,43 @@ static void place(struct triangles *t, const float m[static 12])
         }
 }
 
+/* What a mesh's objects ask of it. */
+struct demand {
+    uint32_t users;
+    int level, last;
+};
+
+static bool gather_demands(const struct scene *scene, struct demand *demands)
+{
+    int *levels = malloc(((size_t)scene->object_count + 1) * sizeof *levels);
+    if (!levels) return false;
+#pragma omp parallel for schedule(dynamic)
+    for (int i = 0; i < scene->object_count; i++) {
+        const struct scene_object *object = &scene->objects[i];
+        levels[i] =
+            tessellate_level(&scene->meshes[object->mesh], object->transform, &scene->camera, TESSELLATE_EDGE_PIXELS);
+    }
+    for (int i = 0; i < scene->object_count; i++) {
+        struct demand *demand = &demands[scene->objects[i].mesh];
+        demand->users++;
+        demand->level = levels[i] > demand->level ? levels[i] : demand->level;
+        demand->last = i;
+    }
+    free(levels);
+    return true;
+}
+
 /* Tessellates each mesh that an object shows, at the highest level any of its objects asks for. */
-static bool tessellate_meshes(struct model *model, const uint32_t *users, char error[static SCENE_ERROR])
+static bool tessellate_meshes(struct model *model, const struct demand *demands, char error[static SCENE_ERROR])
 {
     const struct scene *scene = model->scene;
     bool good = true;
 #pragma omp parallel for schedule(dynamic)
     for (int m = 0; m < scene->mesh_count; m++) {
-        if (users[m] == 0)
-            continue;
-        int level = 0, last = 0;
-        for (int i = 0; i < scene->object_count; i++)
-            if (scene->objects[i].mesh == m) {
-                int one = tessellate_level(&scene->meshes[m], scene->objects[i].transform, &scene->camera,
-                                           TESSELLATE_EDGE_PIXELS);
-                level = one > level ? one : level;
-                last = i;
-            }
         char sentence[SCENE_ERROR];
-        if (tessellate(&scene->meshes[m], level, &model->triangles[m], sentence)) {
-            if (users[m] == 1)
-                place(&model->triangles[m], scene->objects[last].transform);
+        if (demands[m].users == 0) continue;
+        if (tessellate(&scene->meshes[m], demands[m].level, &model->triangles[m], sentence)) {
+            if (demands[m].users == 1) place(&model->triangles[m], scene->objects[demands[m].last].transform);
             continue;
         }
 #pragma omp critical
@@ -59,55 +75,37 @@ static bool tessellate_meshes(struct model *model, const uint32_t *users, char e
     return good;
 }
 
-static void place_objects(struct model *model, const uint32_t *users)
+static void place_objects(struct model *model, const struct demand *demands)
 {
     const struct scene *scene = model->scene;
     for (int i = 0; i < scene->object_count; i++) {
         const struct scene_object *object = &scene->objects[i];
-        bool shared = users[object->mesh] > 1;
-        model->objects[i] = (struct trace_object){&model->triangles[object->mesh],
-                                                  {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, shared};
-        if (shared)
-            memcpy(model->objects[i].transform, object->transform, sizeof object->transform);
+        bool shared = demands[object->mesh].users > 1;
+        model->objects[i] =
+            (struct trace_object){&model->triangles[object->mesh], {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, shared};
+        if (shared) memcpy(model->objects[i].transform, object->transform, sizeof object->transform);
     }
-    for (int m = 0; m < scene->mesh_count; m++)
-        model->triangle_count += model->triangles[m].triangle_count;
+    for (int m = 0; m < scene->mesh_count; m++) model->triangle_count += model->triangles[m].triangle_count;
 }
 
-/* Half the diagonal of the box about all objects. */
-static float bounding_radius(const struct model *model)
-{
-    float3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
-    for (int i = 0; i < model->scene->object_count; i++) {
-        const struct trace_object *object = &model->objects[i];
-        for (uint32_t k = 0; k < object->triangles->vertex_count; k++) {
-            float3 p = transform_point(object->transform, vec_from(object->triangles->positions + 3 * (size_t)k));
-            low = vec3(fminf(low.x, p.x), fminf(low.y, p.y), fminf(low.z, p.z));
-            high = vec3(fmaxf(high.x, p.x), fmaxf(high.y, p.y), fmaxf(high.z, p.z));
-        }
-    }
-    return high.x >= low.x ? length(sub(high, low)) / 2 : 0;
-}
-
-static bool build(struct model *model, uint32_t *users, char error[static SCENE_ERROR])
+static bool build(struct model *model, struct demand *demands, char error[static SCENE_ERROR])
 {
     const struct scene *scene = model->scene;
-    for (int i = 0; i < scene->object_count; i++)
-        users[scene->objects[i].mesh]++;
     double start = omp_get_wtime();
-    if (!tessellate_meshes(model, users, error))
+    if (!gather_demands(scene, demands)) {
+        snprintf(error, SCENE_ERROR, "not enough memory for %d objects", scene->object_count);
         return false;
-    place_objects(model, users);
-    model->radius = bounding_radius(model);
+    }
+    if (!tessellate_meshes(model, demands, error)) return false;
+    place_objects(model, demands);
     model->tessellate_s = omp_get_wtime() - start;
 
     start = omp_get_wtime();
     model->trace = trace_build(model->objects, (uint32_t)scene->object_count, error);
-    if (!model->trace)
-        return false;
+    if (!model->trace) return false;
+    model->radius = trace_radius(model->trace);
     model->bvh_s = omp_get_wtime() - start;
-    if (!textures_load(scene, &model->textures, error))
-        return false;
+    if (!textures_load(scene, &model->textures, error)) return false;
     model->lights = lights_build(scene, &model->textures, model->objects, model->radius, error);
     return model->lights != NULL;
 }
@@ -117,15 +115,12 @@ bool model_build(const struct scene *scene, struct model *model, char error[stat
     *model = (struct model){.scene = scene};
     model->triangles = calloc((size_t)scene->mesh_count + 1, sizeof *model->triangles);
     model->objects = calloc((size_t)scene->object_count + 1, sizeof *model->objects);
-    uint32_t *users = calloc((size_t)scene->mesh_count + 1, sizeof *users);
-    bool good = model->triangles && model->objects && users;
-    if (good)
-        good = build(model, users, error);
-    else
-        snprintf(error, SCENE_ERROR, "not enough memory for %d objects", scene->object_count);
-    free(users);
-    if (!good)
-        model_free(model);
+    struct demand *demands = calloc((size_t)scene->mesh_count + 1, sizeof *demands);
+    bool good = model->triangles && model->objects && demands;
+    if (good) good = build(model, demands, error);
+    else snprintf(error, SCENE_ERROR, "not enough memory for %d objects", scene->object_count);
+    free(demands);
+    if (!good) model_free(model);
     return good;
 }
 
@@ -135,8 +130,7 @@ void model_free(struct model *model)
     textures_free(&model->textures);
     trace_free(model->trace);
     if (model->triangles)
-        for (int m = 0; m < model->scene->mesh_count; m++)
-            triangles_free(&model->triangles[m]);
+        for (int m = 0; m < model->scene->mesh_count; m++) triangles_free(&model->triangles[m]);
     free(model->triangles);
     free(model->objects);
     *model = (struct model){0};

@@ -16,9 +16,9 @@ struct model {
     struct textures textures;
     struct trace *trace;
     struct lights *lights;
-    double tessellate_s, bvh_s;   /* wall seconds */
-    uint64_t triangle_count;      /* instances not multiplied */
-    float radius;                 /* of model_radius */
+    double tessellate_s, bvh_s; /* wall seconds */
+    uint64_t triangle_count;    /* instances not multiplied */
+    float radius;               /* of model_radius */
 };
 
 /* False and a sentence on failure; nothing is left to free then. The meshes are tessellated in parallel. */

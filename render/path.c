@@ -21,14 +21,13 @@ static bool bounce_from(const struct point *point, struct rng *rng, struct bounc
 
 static rgb direct_light(const struct model *model, const struct point *point, struct rng *rng)
 {
-    if (!lights_any(model->lights))
-        return (rgb){0};
+    if (!lights_any(model->lights)) return (rgb){0};
     float u[3] = {rng_float(rng), rng_float(rng), rng_float(rng)};
     return shade_direct(model, point, u, true);
 }
 
-/* Follows a bounce to the next point. *met: what it meets of lights that lights_sample knows, weighed against it; *rest:
- * the rest of the environment. False where the ray escapes. */
+/* Follows a bounce to the next point. *met: what it meets of lights that lights_sample knows, weighed against it;
+ * *rest: the rest of the environment. False where the ray escapes. */
 static bool follow(const struct model *model, const struct bounce *b, struct point *next, rgb *met, rgb *rest)
 {
     struct hit hit;
@@ -38,8 +37,7 @@ static bool follow(const struct model *model, const struct bounce *b, struct poi
     if (!found) {
         float pdf;
         rgb strong = lights_strong(model->lights, b->origin, b->n, b->dir, &pdf);
-        if (!is_black(strong))
-            *met = mad(*met, strong, mis_weight(b->pdf, pdf));
+        if (!is_black(strong)) *met = mad(*met, strong, mis_weight(b->pdf, pdf));
         *rest = lights_rest(model->lights, b->dir);
         return false;
     }
@@ -61,19 +59,15 @@ static rgb reflected(const struct model *model, const struct point *first, struc
     for (int bounces = 0; bounce_from(&point, rng, &bounce); bounces++) {
         throughput = mul(throughput, bounce.weight);
         if (bounces >= ROULETTE_FROM) {
-            float survival = fminf(max3(throughput), 0.98f);
-            if (rng_float(rng) >= survival)
-                break;
+            float survival = minf(max3(throughput), 0.98f);
+            if (rng_float(rng) >= survival) break;
             throughput = scale(throughput, 1 / survival);
         }
         bool found = follow(model, &bounce, &next, &met, &rest);
-        if (bounces == 0)
-            *direct = add(*direct, mul(throughput, met));
-        else
-            sum = add(sum, mul(throughput, met));
+        if (bounces == 0) *direct = add(*direct, mul(throughput, met));
+        else sum = add(sum, mul(throughput, met));
         sum = add(sum, mul(throughput, rest));
-        if (!found)
-            break;
+        if (!found) break;
         point = next;
         sum = add(sum, mul(throughput, direct_light(model, &point, rng)));
     }
@@ -91,8 +85,7 @@ rgb path_incident(const struct model *model, struct ray ray, struct rng *rng)
 {
     struct hit hit;
     struct point point;
-    if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit))
-        return lights_rest(model->lights, ray.dir);
+    if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return lights_rest(model->lights, ray.dir);
     shade_point(model, ray, &hit, &point);
     rgb direct, indirect = reflected(model, &point, rng, &direct);
     return add(direct, indirect);

@@ -6,15 +6,16 @@
 #include "render/rng.h"
 #include "render/shade.h"
 
-/* A camera ray's radiance in the parts that the AOVs hold; Combined = emission + direct + indirect. Background counts as emission. */
+/* A camera ray's radiance in the parts that the AOVs hold; Combined = emission + direct + indirect. Background counts
+ * as emission. */
 struct radiance {
     rgb emission; /* from what the camera sees itself */
     rgb direct;   /* lamps (mesh emitters and strong environment among them) lighting what it sees */
     rgb indirect; /* all else */
 };
 
-/* One path: next-event estimation and BRDF sampling with multiple importance sampling at each hit, Russian roulette from the fourth
- * bounce on. `first` is the hit of the camera ray, already shaded. */
+/* One path: next-event estimation and BRDF sampling with multiple importance sampling at each hit, Russian roulette
+ * from the fourth bounce on. `first` is the hit of the camera ray, already shaded. */
 struct radiance path_radiance(const struct model *model, const struct point *first, struct rng *rng);
 
 /* What arrives along a ray from a surface point p with normal n by all but lamps directly (their direct light is the

@@ -244,7 +244,7 @@ static rgb highlight(const struct frame_job *job, const struct group *group)
         /* Runs of lamps (and their triangles) in turn; on each a square grid of places, shifted so that four runs interleave to a
          * grid twice as fine: midpoints of equal cells, which integrate a smooth lobe far better than scattered points do. */
         int run = i / (HIGHLIGHT_SIDE * HIGHLIGHT_SIDE), row = i / HIGHLIGHT_SIDE % HIGHLIGHT_SIDE, column = i % HIGHLIGHT_SIDE;
-        float u[3] = {((float)run + .5f) / HIGHLIGHT_RUNS, ((float)row + (run & 1 ? .75f : .25f)) / HIGHLIGHT_SIDE,
+        float u[3] = {((float)i + .5f) / HIGHLIGHT_CELLS, ((float)row + (run & 1 ? .75f : .25f)) / HIGHLIGHT_SIDE,
                       ((float)column + (run & 2 ? .75f : .25f)) / HIGHLIGHT_SIDE};
         struct light_sample light;
         if (lights_sample(job->model->lights, point.origin, point.n, u, &light))

@@ -8,9 +8,8 @@
  * component w cos(2a - b) along ng; the largest a that keeps it at t is (b + acos(t/w)) / 2. */
 static float3 pull_normal(float3 n, float3 ng, float3 wo)
 {
-    float cos_o = dot(wo, ng), least = fminf(0.9f * cos_o, 0.01f);
-    if (dot(reflect(wo, n), ng) >= least)
-        return n;
+    float cos_o = dot(wo, ng), least = minf(0.9f * cos_o, 0.01f);
+    if (dot(reflect(wo, n), ng) >= least) return n;
     float3 side = normalize(mad(n, ng, -dot(n, ng)));
     float wo_side = dot(wo, side), w = sqrtf(wo_side * wo_side + cos_o * cos_o);
     float a = (atan2f(wo_side, cos_o) + acosf(clampf(least / w, -1, 1))) / 2;
@@ -24,8 +23,7 @@ static rgb colour_at(const struct textures *textures, const struct scene_colour 
 
 static float scalar_at(const struct textures *textures, const struct scene_scalar *scalar, float2 uv)
 {
-    if (scalar->texture == SCENE_NONE)
-        return scalar->value;
+    if (scalar->texture == SCENE_NONE) return scalar->value;
     rgb c = texture_lookup(textures, scalar->texture, uv);
     return (c.x + c.y + c.z) / 3;
 }
@@ -34,8 +32,7 @@ static void shade_material(const struct model *model, const struct scene_materia
                            struct point *point)
 {
     const struct textures *textures = &model->textures;
-    if (point->front || !material->emission_front_only)
-        point->emission = vec_from(material->emission);
+    if (point->front || !material->emission_front_only) point->emission = vec_from(material->emission);
     rgb colour = colour_at(textures, &material->colour, uv);
     if (material->type == MATERIAL_DIFFUSE) {
         point->brdf = (struct brdf){.kd = colour};
@@ -44,13 +41,15 @@ static void shade_material(const struct model *model, const struct scene_materia
     point->n = pull_normal(point->n, point->ng, point->wo);
     if (material->type == MATERIAL_PHONG) {
         point->brdf = brdf_phong(colour, colour_at(textures, &material->ks, uv),
-                                 fmaxf(scalar_at(textures, &material->exponent, uv), 0));
+                                 maxf(scalar_at(textures, &material->exponent, uv), 0));
         return;
     }
-    struct principled principled = {.base_colour = colour, .specular_tint = vec_from(material->specular_tint),
+    struct principled principled = {.base_colour = colour,
+                                    .specular_tint = vec_from(material->specular_tint),
                                     .metallic = scalar_at(textures, &material->metallic, uv),
                                     .roughness = scalar_at(textures, &material->roughness, uv),
-                                    .ior = material->ior, .specular_level = material->specular_level};
+                                    .ior = material->ior,
+                                    .specular_level = material->specular_level};
     point->brdf = brdf_principled(&principled, dot(point->n, point->wo));
 }
 
@@ -66,8 +65,7 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
     const struct triangles *t = object->triangles;
     const uint32_t *index = t->indices + 3 * (size_t)hit->triangle;
     const float *corners[3];
-    for (int i = 0; i < 3; i++)
-        corners[i] = t->positions + 3 * (size_t)index[i];
+    for (int i = 0; i < 3; i++) corners[i] = t->positions + 3 * (size_t)index[i];
     float3 p = interpolate(corners[0], corners[1], corners[2], hit->u, hit->v);
     float3 ng = cross(sub(vec_from(corners[1]), vec_from(corners[0])), sub(vec_from(corners[2]), vec_from(corners[0])));
     float3 n = interpolate(t->normals + 3 * (size_t)index[0], t->normals + 3 * (size_t)index[1],
@@ -87,8 +85,7 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
 
     const struct scene_object *source = &model->scene->objects[hit->object];
     uint32_t slot = t->slots[hit->triangle];
-    if (slot < source->slot_count)
-        point->material = source->materials[slot];
+    if (slot < source->slot_count) point->material = source->materials[slot];
     if (point->material == SCENE_NONE) {
         point->brdf = (struct brdf){.kd = {0.8f, 0.8f, 0.8f}};
         return;
@@ -107,14 +104,11 @@ rgb shade_direct(const struct model *model, const struct point *point, const flo
 {
     const rgb black = {0};
     struct light_sample sample;
-    if (!lights_sample(model->lights, point->origin, point->n, u, &sample))
-        return black;
+    if (!lights_sample(model->lights, point->origin, point->n, u, &sample)) return black;
     float cos_i = dot(point->n, sample.wi), pdf;
-    if (cos_i <= 0 || dot(point->ng, sample.wi) <= 0)
-        return black;
+    if (cos_i <= 0 || dot(point->ng, sample.wi) <= 0) return black;
     rgb f = brdf_eval_pdf(&point->brdf, point->n, point->wo, sample.wi, &pdf);
-    if (is_black(f) || trace_occluded(model->trace, point->origin, sample.wi, sample.distance))
-        return black;
+    if (is_black(f) || trace_occluded(model->trace, point->origin, sample.wi, sample.distance)) return black;
     float weight = mis && sample.pdf > 0 ? mis_weight(sample.pdf, pdf) : 1;
     return mul(f, scale(sample.weight, cos_i * weight));
 }

@@ -23,16 +23,14 @@ bool textures_load(const struct scene *scene, struct textures *textures, char er
 void textures_free(struct textures *textures)
 {
     if (textures->images)
-        for (int i = 0; i < textures->scene->image_count; i++)
-            image_free(&textures->images[i]);
+        for (int i = 0; i < textures->scene->image_count; i++) image_free(&textures->images[i]);
     free(textures->images);
     *textures = (struct textures){0};
 }
 
 static inline int wrap(int x, int size, enum texture_extension extension)
 {
-    if (extension == TEXTURE_EXTEND)
-        return x < 0 ? 0 : x >= size ? size - 1 : x;
+    if (extension == TEXTURE_EXTEND) return x < 0 ? 0 : x >= size ? size - 1 : x;
     int m = x % size;
     return m < 0 ? m + size : m;
 }
@@ -40,8 +38,7 @@ static inline int wrap(int x, int size, enum texture_extension extension)
 static inline rgb texel(const struct image *image, int x, int y, enum texture_extension extension)
 {
     if (extension == TEXTURE_CLIP) {
-        if (x < 0 || x >= image->width || y < 0 || y >= image->height)
-            return (rgb){0};
+        if (x < 0 || x >= image->width || y < 0 || y >= image->height) return (rgb){0};
     } else {
         x = wrap(x, image->width, extension);
         y = wrap(y, image->height, extension);
@@ -57,8 +54,7 @@ rgb texture_image(const struct image *image, float2 uv, enum texture_interpolati
                   enum texture_extension extension)
 {
     float x = texel_coordinate(uv.x, image->width), y = texel_coordinate(1 - uv.y, image->height);
-    if (interpolation == TEXTURE_CLOSEST)
-        return texel(image, (int)floorf(x), (int)floorf(y), extension);
+    if (interpolation == TEXTURE_CLOSEST) return texel(image, (int)floorf(x), (int)floorf(y), extension);
     float fx = floorf(x - 0.5f), fy = floorf(y - 0.5f), s = x - 0.5f - fx, t = y - 0.5f - fy;
     int ix = (int)fx, iy = (int)fy;
     return lerp3(lerp3(texel(image, ix, iy, extension), texel(image, ix + 1, iy, extension), s),
@@ -78,7 +74,6 @@ rgb texture_lookup(const struct textures *textures, int index, float2 uv)
     const struct scene_texture *texture = &textures->scene->textures[index];
     const float *m = texture->uv_transform;
     float2 at = {m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]};
-    if (texture->type == TEXTURE_CHECKER)
-        return checker(texture, at);
+    if (texture->type == TEXTURE_CHECKER) return checker(texture, at);
     return texture_image(&textures->images[texture->image], at, texture->interpolation, texture->extension);
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rays against triangles: the one file that sees Embree.
  *
- * Built once by one thread; any number of threads may then trace. Meshes used by one object stand in world space; shared
- * ones are instanced. Ties are the same for any number of threads: the BVH is built on one thread.
+ * Built once by one thread; any number of threads may then trace. Meshes used by one object stand in world space;
+ * shared ones are instanced. Ties are the same for any number of threads: the BVH is built on one thread.
  */
 #ifndef RENDER_TRACE_H
 #define RENDER_TRACE_H
@@ -20,10 +20,10 @@ struct trace_object {
 };
 
 struct hit {
-    float t;            /* distance along the unit ray */
-    uint32_t object;    /* index of the trace_object */
+    float t;         /* distance along the unit ray */
+    uint32_t object; /* index of the trace_object */
     uint32_t triangle;
-    float u, v;         /* barycentric: vertex 1, vertex 2 */
+    float u, v; /* barycentric: vertex 1, vertex 2 */
 };
 
 struct trace;
@@ -41,6 +41,9 @@ bool trace_occluded(const struct trace *trace, float3 origin, float3 dir, float 
 /* p moved off its surface along the geometric normal ng (on the side where the ray leaves) by a few of its own ulps.
  * Wächter and Binder, Ray Tracing Gems, chapter 6. */
 float3 trace_offset(float3 p, float3 ng);
+
+/* Half the diagonal of the box about all objects, m; 0 for none. */
+float trace_radius(const struct trace *trace);
 
 /* Rays traced so far by all threads: closest + occluded. Call it when none is tracing. */
 uint64_t trace_rays(const struct trace *trace);

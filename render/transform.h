@@ -30,14 +30,13 @@ static inline float transform_determinant(const float m[static 12])
     return dot(vec_from(m), rows[0]);
 }
 
-/* By the inverse transpose, not unit any more. Under mirroring it stays on the side that the local normal shows, which is
- * where Cycles sees a face's front. */
+/* By the inverse transpose, not unit any more. Under mirroring it stays on the side that the local normal shows, which
+ * is where Cycles sees a face's front. */
 static inline float3 transform_normal(const float m[static 12], float3 n)
 {
     float3 rows[3];
     transform_cofactors(m, rows);
-    return scale(vec3(dot(rows[0], n), dot(rows[1], n), dot(rows[2], n)),
-                 copysignf(1, dot(vec_from(m), rows[0])));
+    return scale(vec3(dot(rows[0], n), dot(rows[1], n), dot(rows[2], n)), copysignf(1, dot(vec_from(m), rows[0])));
 }
 
 #endif

@@ -22,18 +22,23 @@ static struct lobe phong(float exponent) { return brdf_phong(vec3(0, 0, 0), vec3
 
 static struct lobe metal(float roughness)
 {
-    return (struct lobe){.type = LOBE_METAL, .weight = {1, 1, 1}, .alpha = roughness * roughness, .f0 = {1, 1, 1},
-                         .f82 = {1, 1, 1}};
+    return (struct lobe){
+        .type = LOBE_METAL, .weight = {1, 1, 1}, .alpha = roughness * roughness, .f0 = {1, 1, 1}, .f82 = {1, 1, 1}};
 }
 
 static struct brdf principled(float metallic, float roughness, float cos_o)
 {
-    struct principled p = {.base_colour = {0.8f, 0.5f, 0.3f}, .specular_tint = {1, 0.9f, 0.8f}, .metallic = metallic,
-                           .roughness = roughness, .ior = 1.5f, .specular_level = 0.5f};
+    struct principled p = {.base_colour = {0.8f, 0.5f, 0.3f},
+                           .specular_tint = {1, 0.9f, 0.8f},
+                           .metallic = metallic,
+                           .roughness = roughness,
+                           .ior = 1.5f,
+                           .specular_level = 0.5f};
     return brdf_principled(&p, cos_o);
 }
 
-/* Bins about the mirror direction, whose rings widen with the square of the angle; the last bin counts what was refused. */
+/* Bins about the mirror direction, whose rings widen with the square of the angle; the last bin counts what was
+ * refused. */
 enum { RINGS = 16, SECTORS = 16, BINS = RINGS * SECTORS, STEPS = 12, SAMPLES = 250000 };
 
 static int bin_of(struct frame mirror, float3 wi)
@@ -52,7 +57,8 @@ static double bin_chance(const struct brdf *brdf, struct frame mirror, float3 wo
     float a0 = PI * r0 * r0, a1 = PI * r1 * r1, p0 = (float)(bin % SECTORS) / SECTORS - 0.5f;
     for (int i = 0; i < STEPS; i++)
         for (int j = 0; j < STEPS; j++) {
-            float a = a0 + (a1 - a0) * ((float)i + 0.5f) / STEPS, phi = 2 * PI * (p0 + ((float)j + 0.5f) / STEPS / SECTORS);
+            float a = a0 + (a1 - a0) * ((float)i + 0.5f) / STEPS,
+                  phi = 2 * PI * (p0 + ((float)j + 0.5f) / STEPS / SECTORS);
             sum += (double)brdf_pdf(brdf, N, wo, to_world(mirror, direction(cosf(a), phi))) * sinf(a);
         }
     return sum * (a1 - a0) * 2 * PI / SECTORS / (STEPS * STEPS);
@@ -62,8 +68,7 @@ static double bin_chance(const struct brdf *brdf, struct frame mirror, float3 wo
 static void check_sampling(const char *name, const struct brdf *brdf, float3 wo)
 {
     static double counts[BINS + 1];
-    for (int i = 0; i <= BINS; i++)
-        counts[i] = 0;
+    for (int i = 0; i <= BINS; i++) counts[i] = 0;
     struct frame mirror = frame_about(reflect(wo, N));
     struct rng rng = rng_seed(1, 2, 3);
     for (int i = 0; i < SAMPLES; i++) {
@@ -86,9 +91,8 @@ static void check_sampling(const char *name, const struct brdf *brdf, float3 wo)
     for (int i = 0; i <= BINS; i++) {
         double chance = i < BINS ? bin_chance(brdf, mirror, wo, i) : fmax(1 - sum, 0), expected = chance * SAMPLES;
         sum += chance;
-        if (i == BINS)
-            assert_true(sum < 1.005); /* refused ones make up the rest, never less than none */
-        if (expected < 50) { /* pooled: chi-square needs counts */
+        if (i == BINS) assert_true(sum < 1.005); /* refused ones make up the rest, never less than none */
+        if (expected < 50) {                     /* pooled: chi-square needs counts */
             few_expected += expected;
             few_found += counts[i];
             continue;
@@ -98,12 +102,12 @@ static void check_sampling(const char *name, const struct brdf *brdf, float3 wo)
         degrees++;
     }
     if (few_expected > 50) {
-        chi2 += (few_found - few_expected) * (few_found - few_expected) / (few_expected + 1e-4 * few_expected * few_expected);
+        chi2 += (few_found - few_expected) * (few_found - few_expected) /
+                (few_expected + 1e-4 * few_expected * few_expected);
         degrees++;
     }
     double sigma = (chi2 - degrees) / sqrt(2.0 * degrees);
-    if (sigma > 4.5)
-        print_message("%s, cos_o %.2f: chi2 %.1f of %d\n", name, (double)wo.z, chi2, degrees);
+    if (sigma > 4.5) print_message("%s, cos_o %.2f: chi2 %.1f of %d\n", name, (double)wo.z, chi2, degrees);
     assert_true(sigma < 4.5);
 }
 
@@ -113,7 +117,8 @@ static void samples_follow_pdf(void **state)
     static const float cosines[] = {0.95f, 0.5f, 0.15f};
     for (int i = 0; i < 3; i++) {
         float3 wo = direction(cosines[i], 0.7f);
-        struct brdf diffuse = {.kd = {0.5f, 0.5f, 0.5f}}, mixed = brdf_phong(vec3(0.3f, 0.2f, 0.1f), vec3(0.4f, 0.4f, 0.6f), 40);
+        struct brdf diffuse = {.kd = {0.5f, 0.5f, 0.5f}},
+                    mixed = brdf_phong(vec3(0.3f, 0.2f, 0.1f), vec3(0.4f, 0.4f, 0.6f), 40);
         check_sampling("diffuse", &diffuse, wo);
         check_sampling("diffuse and Phong", &mixed, wo);
         static const float exponents[] = {2, 20, 400};
@@ -174,8 +179,10 @@ static void phong_albedo(void **state)
 static void reciprocity(void **state)
 {
     (void)state;
-    struct lobe lobes[] = {phong(50), metal(0.4f), {.type = LOBE_DIELECTRIC, .weight = {1, 1, 1}, .alpha = 0.1f,
-                                                    .ior = 1.5f, .f0 = {0.04f, 0.04f, 0.04f}}};
+    struct lobe lobes[] = {
+        phong(50),
+        metal(0.4f),
+        {.type = LOBE_DIELECTRIC, .weight = {1, 1, 1}, .alpha = 0.1f, .ior = 1.5f, .f0 = {0.04f, 0.04f, 0.04f}}};
     float3 a = direction(0.4f, 0.5f), b = direction(0.7f, 3.3f);
     for (int i = 0; i < 3; i++)
         assert_float_equal(lobe_eval(&lobes[i], N, a, b).x / lobe_eval(&lobes[i], N, b, a).x, 1, 1e-5f);
@@ -212,7 +219,8 @@ static void albedo_tables(void **state)
         assert_float_equal(ggx_albedo(20.0f / 31, mu), truth, 1.5e-3f);
         mean += 2 * (double)mu * truth * 2 / 31;
     }
-    mean -= 2.0 / 31 * (double)ggx_albedo(20.0f / 31, 1); /* midpoints at odd nodes: the last one stands at 1, half outside */
+    mean -= 2.0 / 31 *
+            (double)ggx_albedo(20.0f / 31, 1); /* midpoints at odd nodes: the last one stands at 1, half outside */
     assert_float_equal(ggx_albedo_mean(20.0f / 31), (float)mean, 4e-3f);
     assert_float_equal(ggx_albedo(0, 0.5f), 1, 1e-6f);
     /* A smooth dielectric's share is that of the one angle it sees. */
@@ -224,8 +232,8 @@ static void albedo_tables(void **state)
 static void white_furnace(void **state)
 {
     (void)state;
-    struct principled white = {.base_colour = {1, 1, 1}, .specular_tint = {1, 1, 1}, .metallic = 1, .ior = 1.5f,
-                               .specular_level = 0.5f};
+    struct principled white = {
+        .base_colour = {1, 1, 1}, .specular_tint = {1, 1, 1}, .metallic = 1, .ior = 1.5f, .specular_level = 0.5f};
     for (int r = 1; r <= 10; r++)
         for (int i = 1; i <= 10; i++) {
             float mu = (float)i / 10;
@@ -256,9 +264,9 @@ static void narrow_lobes(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(samples_follow_pdf), cmocka_unit_test(phong_albedo), cmocka_unit_test(reciprocity),
-        cmocka_unit_test(fresnel_curves), cmocka_unit_test(albedo_tables), cmocka_unit_test(white_furnace),
-        cmocka_unit_test(narrow_lobes)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(samples_follow_pdf), cmocka_unit_test(phong_albedo),
+                                       cmocka_unit_test(reciprocity),        cmocka_unit_test(fresnel_curves),
+                                       cmocka_unit_test(albedo_tables),      cmocka_unit_test(white_furnace),
+                                       cmocka_unit_test(narrow_lobes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

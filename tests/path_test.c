@@ -27,8 +27,11 @@ static struct stage *new_stage(void)
 {
     struct stage *s = calloc(1, sizeof *s);
     assert_non_null(s);
-    s->scene = (struct scene){.world.texture = SCENE_NONE, .meshes = s->meshes, .objects = s->objects,
-                              .materials = s->materials, .lights = s->lights};
+    s->scene = (struct scene){.world.texture = SCENE_NONE,
+                              .meshes = s->meshes,
+                              .objects = s->objects,
+                              .materials = s->materials,
+                              .lights = s->lights};
     s->scene.camera = (struct scene_camera){{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-1, 1, -1, 1}, 64, 64};
     return s;
 }
@@ -36,9 +39,13 @@ static struct stage *new_stage(void)
 static struct scene_material grey(float kd, float ks, float exponent, float emission)
 {
     const struct scene_scalar none = {0, SCENE_NONE};
-    return (struct scene_material){.type = ks > 0 ? MATERIAL_PHONG : MATERIAL_DIFFUSE, .colour = {{kd, kd, kd}, SCENE_NONE},
-                                   .ks = {{ks, ks, ks}, SCENE_NONE}, .exponent = {exponent, SCENE_NONE}, .metallic = none,
-                                   .roughness = none, .emission = {emission, emission, emission}};
+    return (struct scene_material){.type = ks > 0 ? MATERIAL_PHONG : MATERIAL_DIFFUSE,
+                                   .colour = {{kd, kd, kd}, SCENE_NONE},
+                                   .ks = {{ks, ks, ks}, SCENE_NONE},
+                                   .exponent = {exponent, SCENE_NONE},
+                                   .metallic = none,
+                                   .roughness = none,
+                                   .emission = {emission, emission, emission}};
 }
 
 static struct scene_object *add_object(struct stage *s, int mesh, int material)
@@ -46,8 +53,8 @@ static struct scene_object *add_object(struct stage *s, int mesh, int material)
     struct scene_object *object = &s->objects[s->scene.object_count];
     int *slot = &s->slots[s->scene.object_count++];
     *slot = material;
-    *object = (struct scene_object){.mesh = mesh, .slot_count = 1, .materials = slot,
-                                    .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    *object = (struct scene_object){
+        .mesh = mesh, .slot_count = 1, .materials = slot, .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
     return object;
 }
 
@@ -59,12 +66,15 @@ static struct scene_object *add_mesh(struct stage *s, const float3 *points, uint
     uint32_t count = size * faces;
     assert_true(m < MESHES && count <= CORNERS);
     memcpy(s->positions[m], points, count * sizeof *points);
-    for (uint32_t i = 0; i < count; i++)
-        s->corners[m][i] = i;
-    for (uint32_t i = 0; i < faces; i++)
-        s->sizes[m][i] = size;
-    s->meshes[m] = (struct scene_mesh){.name = "mesh", .vertex_count = count, .face_count = faces, .corner_count = count,
-                                       .positions = s->positions[m], .face_sizes = s->sizes[m], .corners = s->corners[m]};
+    for (uint32_t i = 0; i < count; i++) s->corners[m][i] = i;
+    for (uint32_t i = 0; i < faces; i++) s->sizes[m][i] = size;
+    s->meshes[m] = (struct scene_mesh){.name = "mesh",
+                                       .vertex_count = count,
+                                       .face_count = faces,
+                                       .corner_count = count,
+                                       .positions = s->positions[m],
+                                       .face_sizes = s->sizes[m],
+                                       .corners = s->corners[m]};
     s->materials[s->scene.material_count] = material;
     return add_object(s, m, s->scene.material_count++);
 }
@@ -110,8 +120,7 @@ static float look(const struct model *model, float3 origin, float3 dir, int coun
     struct hit hit;
     double sum = 0, sum_direct = 0;
     struct ray ray = {origin, normalize(dir)};
-    if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit))
-        return INFINITY;
+    if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return INFINITY;
     for (int i = 0; i < count; i++) {
         struct rng rng = rng_seed(1, (uint64_t)i, 0);
         struct point point;
@@ -120,8 +129,7 @@ static float look(const struct model *model, float3 origin, float3 dir, int coun
         sum += total(r);
         sum_direct += r.direct.x;
     }
-    if (direct)
-        *direct = (float)(sum_direct / count);
+    if (direct) *direct = (float)(sum_direct / count);
     return (float)(sum / count);
 }
 
@@ -172,20 +180,23 @@ static void even_sky(void **state)
         float3 from = mad(vec3(3, -2, 1), wo, 2);
         assert_float_equal(look(&model, from, scale(wo, -1), 40000, NULL) / (2 * albedo), 1, 0.01f);
         assert_float_equal(look(&model, mad(from, n, -2 * dot(sub(from, vec3(3, -2, 1)), n)),
-                                add(scale(wo, -1), scale(n, 2 * cosines[k])), 40000, NULL) / (2 * albedo), 1, 0.01f); /* the back */
+                                add(scale(wo, -1), scale(n, 2 * cosines[k])), 40000, NULL) /
+                               (2 * albedo),
+                           1, 0.01f); /* the back */
     }
     end(s, &model);
 }
 
-/* A disc of radius r at height h above a point lights it with pi L r2 / (r2 + h2); a polygon of 64 corners is one but for
- * 1/600 of its area. What is not direct is nothing. */
+/* A disc of radius r at height h above a point lights it with pi L r2 / (r2 + h2); a polygon of 64 corners is one but
+ * for 1/600 of its area. What is not direct is nothing. */
 static void disc_emitter(void **state)
 {
     (void)state;
     struct stage *s = new_stage();
     float3 points[64];
     for (int i = 0; i < 64; i++)
-        points[i] = vec3(0.8f * sinf(2 * PI * (float)i / 64), 0.8f * cosf(2 * PI * (float)i / 64), 1.5f); /* faces down */
+        points[i] =
+            vec3(0.8f * sinf(2 * PI * (float)i / 64), 0.8f * cosf(2 * PI * (float)i / 64), 1.5f); /* faces down */
     struct scene_material lamp = grey(0, 0, 0, 5);
     lamp.emission_front_only = true;
     add_mesh(s, points, 64, 1, lamp);
@@ -197,6 +208,14 @@ static void disc_emitter(void **state)
     assert_float_equal(direct, sum, 1e-6f);
     assert_float_equal(look(&model, vec3(0, 0, 1), vec3(0.1f, 0, 1), 1, NULL), 5, 1e-6f);
     assert_true(look(&model, vec3(0, 0, 3), vec3(0.1f, 0, -1), 100, NULL) < 1e-6f); /* dark on its back */
+    end(s, &model);
+
+    s = new_stage(); /* a box that glows outside is dark within */
+    struct scene_material outside = grey(0.5f, 0, 0, 5);
+    outside.emission_front_only = true;
+    add_cube(s, 1, outside);
+    model = build(s);
+    assert_true(look(&model, vec3(0, 0, 0), vec3(0.3f, 0.2f, -1), 1000, NULL) == 0);
     end(s, &model);
 }
 
@@ -215,8 +234,14 @@ static void two_strategies(void **state)
         if (kind < 3) {
             s->lights[s->scene.light_count++] = kinds[kind];
             memcpy(s->lights[0].transform, (float[12]){1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, 1.6f}, sizeof(float[12]));
-        } else {
-            add_quad(s, vec3(0.5f, 0, 1.6f), vec3(0, 0.5f, 0), vec3(0.4f, 0, 0), grey(0, 0, 0, 8));
+        } else { /* two meshes that glow on their lower side, the first with two faces */
+            struct scene_material lamp = grey(0, 0, 0, 8);
+            lamp.emission_front_only = true;
+            float3 faces[8] = {{0, -1, 1.5f}, {0, 0, 1.5f}, {1, 0, 1.5f}, {1, -1, 1.5f},
+                               {0, 0, 1.6f},  {0, 1, 1.8f}, {1, 1, 1.8f}, {1, 0, 1.6f}};
+            add_mesh(s, faces, 4, 2, lamp);
+            lamp.emission[0] = 20;
+            add_quad(s, vec3(-0.9f, 0.5f, 1), vec3(0, 0.3f, 0), vec3(0.2f, 0, 0), lamp);
         }
         struct model model = build(s);
         struct ray ray = {{-1, 0, 1}, normalize(vec3(1, 0, -1))};
@@ -244,10 +269,11 @@ static void no_leaks(void **state)
     (void)state;
     struct stage *s = new_stage();
     add_cube(s, 1, grey(0.8f, 0.1f, 20, 0));
-    memcpy(s->objects[0].transform, (float[12]){0.8f, -0.6f, 0, 21.3f, 0.6f, 0.8f, 0, -7.7f, 0, 0, 1, 3.1f}, sizeof(float[12]));
+    memcpy(s->objects[0].transform, (float[12]){0.8f, -0.6f, 0, 21.3f, 0.6f, 0.8f, 0, -7.7f, 0, 0, 1, 3.1f},
+           sizeof(float[12]));
     s->scene.world = (struct scene_world){{1e3f, 1e3f, 1e3f}, SCENE_NONE, {0}};
-    s->lights[s->scene.light_count++] = (struct scene_light){.type = LIGHT_SUN, .power = {1e3f, 1e3f, 1e3f},
-                                                             .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    s->lights[s->scene.light_count++] = (struct scene_light){
+        .type = LIGHT_SUN, .power = {1e3f, 1e3f, 1e3f}, .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
     struct model model = build(s);
     struct rng rng = rng_seed(9, 0, 0);
     for (int i = 0; i < 20000; i++) {
@@ -304,9 +330,9 @@ static void incident(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(closed_furnace), cmocka_unit_test(even_sky), cmocka_unit_test(disc_emitter),
-        cmocka_unit_test(two_strategies), cmocka_unit_test(no_leaks), cmocka_unit_test(instances),
-        cmocka_unit_test(incident)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(closed_furnace), cmocka_unit_test(even_sky),
+                                       cmocka_unit_test(disc_emitter),   cmocka_unit_test(two_strategies),
+                                       cmocka_unit_test(no_leaks),       cmocka_unit_test(instances),
+                                       cmocka_unit_test(incident)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

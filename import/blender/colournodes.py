@@ -50,9 +50,12 @@ MATH = {
     "POWER": lambda a, b, c: np.nan_to_num(np.power(a, b), posinf=0), "SQRT": lambda a, b, c: np.sqrt(a.clip(0)),
     "ABSOLUTE": lambda a, b, c: abs(a), "MINIMUM": lambda a, b, c: np.minimum(a, b),
     "MAXIMUM": lambda a, b, c: np.maximum(a, b), "LESS_THAN": lambda a, b, c: a < b,
-    "GREATER_THAN": lambda a, b, c: a > b, "SIGN": lambda a, b, c: np.sign(a), "ROUND": lambda a, b, c: np.floor(a + 0.5),
-    "FLOOR": lambda a, b, c: np.floor(a), "CEIL": lambda a, b, c: np.ceil(a), "FRACT": lambda a, b, c: a - np.floor(a),
-    "MODULO": lambda a, b, c: np.where(b == 0, 0, np.fmod(a, np.where(b == 0, 1, b))), "SINE": lambda a, b, c: np.sin(a),
+    "GREATER_THAN": lambda a, b, c: a > b, "SIGN": lambda a, b, c: np.sign(a),
+    "ROUND": lambda a, b, c: np.floor(a + 0.5),
+    "FLOOR": lambda a, b, c: np.floor(a), "CEIL": lambda a, b, c: np.ceil(a),
+    "FRACT": lambda a, b, c: a - np.floor(a),
+    "MODULO": lambda a, b, c: np.where(b == 0, 0, np.fmod(a, np.where(b == 0, 1, b))),
+    "SINE": lambda a, b, c: np.sin(a),
     "COSINE": lambda a, b, c: np.cos(a), "EXPONENT": lambda a, b, c: np.exp(a),
 }
 
@@ -102,7 +105,8 @@ def hue_saturation(inputs, ref, node):
         h, s, v = to_hsv(rgb)
         shifted = from_hsv((h + hue[..., 0] + 0.5) % 1, (s * saturation[..., 0]).clip(0, 1), v * value[..., 0])
         return (colour * (1 - factor) + shifted * factor).clip(0)
-    return inputs.combine(ref, function, *(inputs.value(ref.input(n)) for n in ("Hue", "Saturation", "Value", "Fac", "Color")))
+    names = ("Hue", "Saturation", "Value", "Fac", "Color")
+    return inputs.combine(ref, function, *(inputs.value(ref.input(name)) for name in names))
 
 
 def to_hsv(rgb):
@@ -160,8 +164,8 @@ def curves(inputs, ref, node):
     mapping.initialize()
 
     def function(factor, colour):
-        curved = np.stack([table(lambda x, i=i: mapping.evaluate(mapping.curves[i], mapping.evaluate(mapping.curves[3], x)),
-                                 colour[..., i]) for i in range(3)], axis=-1)
+        curved = np.stack([table(lambda x, curve=mapping.curves[i]: mapping.evaluate(
+            curve, mapping.evaluate(mapping.curves[3], x)), colour[..., i]) for i in range(3)], axis=-1)
         return colour * (1 - factor) + curved * factor
     return inputs.combine(ref, function, inputs.value(ref.input("Fac")), inputs.value(ref.input("Color")))
 

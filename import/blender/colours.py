@@ -51,13 +51,16 @@ class Inputs:
         return float(self.constant(ref).data[0])
 
     def combine(self, ref, function, *values):
-        """textures.combine, where it cannot be done with the means of all but the first picture."""
+        """textures.combine; textures that lie differently are first laid into one picture of the UV square."""
         result = combine(function, *values)
         if result is None:
-            self.note("textures that lie differently are mixed: all but the first are replaced by their mean",
+            self.note("textures that lie differently are laid into one picture, exact where UVs are 0 .. 1",
                       nodes.name(ref))
-            first = next(value for value in values if not value.constant)
-            result = combine(function, *[v if v is first or v.constant else Value(v.mean()) for v in values])
+            placed = textures.laid([value for value in values if not value.constant])
+            if placed is None:
+                return Value(function(*(value.mean() for value in values)))
+            placed = iter(placed)
+            result = combine(function, *(value if value.constant else next(placed) for value in values))
         return result
 
     def output(self, ref):

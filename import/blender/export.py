@@ -37,6 +37,24 @@ class ExportError(Exception):
     """One clear sentence for the user."""
 
 
+class Interruption:
+    """Ctrl-C and kill unwind the stack, so that the temporary folder goes. Blender swallows an exception that reaches a
+    handler of an add-on: check() raises it again."""
+
+    def __init__(self):
+        self.asked = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self.stop)
+
+    def stop(self, number, frame):
+        self.asked = True
+        raise KeyboardInterrupt
+
+    def check(self):
+        if self.asked:
+            raise KeyboardInterrupt
+
+
 def parse_arguments():
     arguments = sys.argv[1:]
     in_blender = not bpy.app.module
@@ -44,7 +62,8 @@ def parse_arguments():
         arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
     parser = argparse.ArgumentParser(prog="export.py", description="Exports a Blender file to a Burnish scene folder.")
     parser.add_argument("file", metavar="FILE.blend", nargs="?" if in_blender else None)
-    parser.add_argument("-o", "--output", metavar="SCENE_DIR", required=True, help="folder to write; an older scene is replaced")
+    parser.add_argument("-o", "--output", metavar="SCENE_DIR", required=True,
+                        help="folder to write; an older scene is replaced")
     return parser.parse_args(arguments)
 
 
@@ -58,8 +77,9 @@ def open_file(path):
         raise ExportError(f"{path}: cannot be read as a Blender file: {reason}") from error
 
 
-def export_scene(scene, folder):
-    """Exports a scene of the open file, with the modifiers and visibility of a render; the file in memory is changed."""
+def export_scene(scene, folder, check=lambda: None):
+    """Exports a scene of the open file with a render's modifiers and visibility; the file in memory is changed.
+    Returns the length of each list of the format. check is called before the scene takes its place; it may raise."""
     if scene.camera is None:
         raise ExportError(f"{bpy.data.filepath}: the scene {scene.name} has no camera")
     with SceneFile(f"import/blender, Blender {bpy.app.version_string}", folder) as scene_file:
@@ -70,12 +90,13 @@ def export_scene(scene, folder):
         materials = Materials(scene_file)
         world.export(scene_file, scene.world, materials.images)  # it may have to render, which cannot be nested
         run_in_render(scene, lambda depsgraph: walk(scene_file, scene, depsgraph, cages, materials))
+        check()
         scene_file.write()
         return {name: len(entries) for name, entries in scene_file.lists.items()}
 
 
 def run_in_render(scene, function):
-    """Calls function(depsgraph) inside a render: nowhere else does Blender evaluate a scene with its render settings."""
+    """Calls function(depsgraph) inside a render: only there does Blender evaluate a scene with its render settings."""
     state = {"called": False, "error": None}
 
     class Engine(bpy.types.RenderEngine):
@@ -139,11 +160,7 @@ def export_instance(scene_file, instance, cages, materials, meshes):
 
 def slots_of(obj, mesh):
     """The materials that the faces' indices mean; geometry nodes may give the mesh more than the object has slots."""
-    slots = [slot.material for slot in obj.material_slots]
-    for index, material in enumerate(mesh.materials):
-        if index >= len(slots):
-            slots.append(material)
-    return slots
+    return [slot.material for slot in obj.material_slots] + list(mesh.materials)[len(obj.material_slots):]
 
 
 def export_object(scene_file, instance, cages, materials, meshes):
@@ -166,13 +183,16 @@ def export_object(scene_file, instance, cages, materials, meshes):
     if len(known) > 1:
         scene_file.note(f"several UV maps are used: {known[0]} alone is exported", object=obj.name)
     # Evaluated data of one pointer is one mesh; equal ones of different pointers meet in SceneFile.
-    cage = cages.get(obj.original.name_full)
+    # What an object's own geometry nodes place is no part of the mesh that its Subsurf divides.
+    own = instance.is_instance and instance.parent.original == obj.original
+    cage = None if own else cages.get(obj.original.name_full)
     uv_layer = known[0] if known else None
     matrix = instance.matrix_world.copy()
     flattened = matrix if geometry.is_singular(matrix) else None
     key = (mesh.as_pointer(), cage is None, uv_layer, len(slots), left_out)
     if temporary or flattened or key not in meshes:
-        meshes[key] = geometry.export_mesh(scene_file, mesh, obj.data.name, cage, uv_layer, len(slots), left_out, flattened)
+        meshes[key] = geometry.export_mesh(scene_file, mesh, obj.data.name, cage, uv_layer, len(slots), left_out,
+                                           flattened)
     if meshes[key] is not None:
         scene_file.append("objects", {"name": obj.name, "mesh": meshes[key],
                                       "materials": [material.index for material in exported],
@@ -189,13 +209,12 @@ def progress(text):
 
 def main():
     arguments = parse_arguments()
-    # Ctrl-C and kill unwind the stack, so that the temporary folder goes.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    interruption = Interruption()
     try:
         if arguments.file:
             open_file(arguments.file)
-        counts = export_scene(bpy.context.scene, arguments.output)
+        interruption.check()
+        counts = export_scene(bpy.context.scene, arguments.output, interruption.check)
     except (ExportError, SceneFileError) as error:
         print(f"export.py: {error}", file=sys.stderr)
         return 3

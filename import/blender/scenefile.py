@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The one writer of scene.json + scene.bin (import/FORMAT.md); knows the format and nothing of Blender.
 
-    scene = SceneFile("import/blender, Blender 4.5.1")
-    view = scene.add_view(positions, "float3")
-    scene.write(folder)
+    with SceneFile("import/blender, Blender 4.5.1", folder) as scene:  # leaves no half-written folder
+        view = scene.add_view(positions, "float3")
+        ...
+        scene.write()
 
 Views, images, textures, materials and meshes that are equal are stored once.
 """
@@ -91,7 +92,8 @@ class SceneFile:
         return index
 
     def add(self, name, entry, unnamed=False):
-        """Appends to a list (`images`, `textures`, …) unless an equal entry is there; `unnamed`: equal but for its name."""
+        """Appends to a list (`images`, …) unless an equal entry is there, with `unnamed` equal but for its name.
+        Returns its index."""
         key = json.dumps({k: v for k, v in entry.items() if not (unnamed and k == "name")}, sort_keys=True)
         return self._add_once(name, key, entry)
 

@@ -19,6 +19,10 @@ KEPT_FORMATS = {b"\x89PNG\r\n\x1a\n": ".png", b"\xff\xd8\xff": ".jpg", b"\x76\x2
 INTERPOLATIONS = {"Linear": "linear", "Closest": "closest"}
 EXTENSIONS = {"REPEAT": "repeat", "EXTEND": "extend", "CLIP": "clip"}
 
+# Where a picture of the UV square lies, and the greatest side that one is made with.
+LAID = {"type": "image", "interpolation": "linear", "extension": "repeat", "uv_transform": [1, 0, 0, 0, 1, 0]}
+LAID_SIZE = 2048
+
 
 class Value:
     """data: rgb of a constant (3,), of a checker (2, 3), of a picture (h, w, 3), bottom row first; linear Rec. 709.
@@ -58,6 +62,36 @@ def combine(function, *values):
     if placed:
         result = np.broadcast_to(result, placed[0].data.shape)
     return Value(result, placed[0].placement if placed else None)
+
+
+def laid(values):
+    """Checkers and pictures of the UV plane as pictures of its square 0 .. 1, all of one size; None for other ones."""
+    if any("rotation" in value.placement for value in values):
+        return None
+    matrices = [np.reshape(value.placement["uv_transform"], (2, 3)) for value in values]
+    size = [0, 0]
+    for value, matrix in zip(values, matrices):
+        checker = value.placement["type"] == "checker"
+        cells = np.full(2, 8 * value.placement["scale"]) if checker else np.array(value.data.shape[1::-1])
+        size = np.maximum(size, cells @ abs(matrix[:, :2]))
+    width, height = np.clip(size, 1, LAID_SIZE).astype(int)
+    u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
+    return [Value(sample(value, *(m[:, 0, None, None] * u + m[:, 1, None, None] * v + m[:, 2, None, None])), LAID)
+            for value, m in zip(values, matrices)]
+
+
+def sample(value, u, v):
+    """The nearest pixels of a checker or picture at what its uv_transform gave."""
+    if value.placement["type"] == "checker":
+        scale = value.placement["scale"]
+        return value.data[((np.floor(u * scale) + np.floor(v * scale)) % 2).astype(int)]
+    height, width = value.data.shape[:2]
+    x, y = np.floor(u * width).astype(int), np.floor(v * height).astype(int)
+    inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+    if value.placement["extension"] == "repeat":
+        x, y = x % width, y % height
+    found = value.data[y.clip(0, height - 1), x.clip(0, width - 1)]
+    return np.where(inside[..., None], found, 0) if value.placement["extension"] == "clip" else found
 
 
 def srgb_to_linear(colour):

@@ -98,9 +98,9 @@ def render(world, path):
         scene.render.engine = "CYCLES"
         scene.render.resolution_x, scene.render.resolution_y = RENDERED_SIZE
         scene.render.resolution_percentage = 100
-        scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = RENDERED_SAMPLES, False, False
-        scene.cycles.sample_clamp_direct = 0
-        scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1
+        cycles = scene.cycles
+        cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = RENDERED_SAMPLES, False, False
+        cycles.pixel_filter_type, cycles.filter_width, cycles.sample_clamp_direct = "BOX", 1, 0
         scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "16"
         scene.render.filepath = path
         bpy.ops.render.render(scene=scene.name, write_still=True)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
 
-from conftest import ROOT, new_camera, new_material, new_mesh, new_plane
+from blenderscene import ROOT, new_camera, new_material, new_mesh, new_plane
 import phong  # noqa: F401  (it puts Blender's own packages, OpenImageIO among them, on the path)
 import unbiased
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
-from conftest import matrix, new_material, new_mesh, new_object, new_plane
+from blenderscene import matrix, new_material, new_mesh, new_object, new_plane
 
 CUBE = [(x, y, z) for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
 CUBE_FACES = [(3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
@@ -86,7 +86,8 @@ def check_creases(exported):
     creases = {tuple(sorted(edge)): sharpness for edge, sharpness in zip(
         exported.view(cage["crease_edges"]).tolist(), exported.view(cage["crease_sharpness"]).tolist())}
     assert creases == pytest.approx({(4, 5): 0.4, (5, 6): 10})
-    corners = dict(zip(exported.view(cage["corner_vertices"]).tolist(), exported.view(cage["corner_sharpness"]).tolist()))
+    corners = dict(zip(exported.view(cage["corner_vertices"]).tolist(),
+                       exported.view(cage["corner_sharpness"]).tolist()))
     assert corners == pytest.approx({0: 10, 3: 2.5})
     return cage
 
@@ -102,8 +103,8 @@ def test_crease_is_the_sharpness_that_blender_subdivides_with(scene, export):
     obj = creased_cube()
     subsurf(obj, levels=1, use_limit_surface=False)
     evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    # Catmull-Clark's edge point of a crease of sharpness s < 1: s midpoint + (1 - s) mean of the ends and the two faces'
-    # centres (DeRose, Kass, Truong 1998). Of this cube's edge 4-5: midpoint (0, -1, 1), smooth point (0, -.75, .75).
+    # Catmull-Clark's edge point of a crease of sharpness s < 1: s midpoint + (1 - s) mean of the ends and the two
+    # faces' centres (DeRose, Kass, Truong 1998). Of the edge 4-5: midpoint (0, -1, 1), smooth point (0, -.75, .75).
     expected = 0.4 * np.array([0, -1, 1]) + 0.6 * np.array([0, -0.75, 0.75])
     points = np.array([vertex.co for vertex in evaluated.vertices])
     assert np.linalg.norm(points - expected, axis=1).min() < 1e-5
@@ -276,3 +277,30 @@ def test_transform_is_of_the_parents_too(scene, export):
     exported = export()
     expected = Matrix.Translation((1, 0, 0)) @ Matrix.Rotation(np.pi / 2, 4, "Z") @ Matrix.Translation((2, 0, 0))
     assert matrix(exported["objects"][0]["transform"]) == pytest.approx(np.array(expected), abs=1e-6)
+
+
+def test_geometry_nodes_instances_are_no_cages(scene, export):
+    """A Subsurf behind geometry nodes divides the mesh, not what the nodes place."""
+    obj = new_plane("Parent")
+    obj.data.materials.append(new_material("Of the object")[0])
+    group = bpy.data.node_groups.new("Place cubes", "GeometryNodeTree")
+    for in_out in ("INPUT", "OUTPUT"):
+        group.interface.new_socket("Geometry", in_out=in_out, socket_type="NodeSocketGeometry")
+    start, end, place, cube, paint, join = (group.nodes.new(kind) for kind in (
+        "NodeGroupInput", "NodeGroupOutput", "GeometryNodeInstanceOnPoints", "GeometryNodeMeshCube",
+        "GeometryNodeSetMaterial", "GeometryNodeJoinGeometry"))
+    paint.inputs["Material"].default_value = new_material("Of the nodes")[0]
+    for source, target in ((start.outputs[0], place.inputs["Points"]), (cube.outputs["Mesh"], paint.inputs["Geometry"]),
+                           (paint.outputs[0], place.inputs["Instance"]), (place.outputs[0], join.inputs[0]),
+                           (start.outputs[0], join.inputs[0]), (join.outputs[0], end.inputs[0])):
+        group.links.new(source, target)
+    obj.modifiers.new("Nodes", "NODES").node_group = group
+    subsurf(obj)
+    exported = export()
+    cage, = (mesh for mesh in exported["meshes"] if "subdivision" in mesh)
+    placed, = (mesh for mesh in exported["meshes"] if "subdivision" not in mesh)
+    assert len(exported.view(cage["face_sizes"])) == 1 and len(exported.view(placed["face_sizes"])) == 6
+    assert len(exported["objects"]) == 1 + 4
+    cubes = [o for o in exported["objects"] if o["mesh"] == exported["meshes"].index(placed)]
+    slot = set(exported.view(placed["face_materials"]).tolist())
+    assert {exported["materials"][o["materials"][i]]["name"] for o in cubes for i in slot} == {"Of the nodes"}

@@ -4,7 +4,7 @@ import bpy
 import pytest
 
 import phong
-from conftest import new_material, new_plane
+from blenderscene import new_material, new_plane
 
 
 @pytest.fixture
@@ -13,10 +13,6 @@ def material(scene):
     made, node, link = new_material("Paint")
     new_plane(material=made)
     return node, link
-
-
-def principled(node, **values):
-    return node("ShaderNodeBsdfPrincipled", **values)
 
 
 def close(found, **expected):
@@ -43,17 +39,18 @@ def test_phong(scene, export):
 
 def test_principled(material, export):
     node, link = material
-    link(principled(node, Base_Color=(0.8, 0.4, 0.2, 1), Metallic=0.25, Roughness=0.3, IOR=1.4, Specular_IOR_Level=0.7,
-                    Specular_Tint=(1, 0.5, 0.25, 1), Emission_Color=(1, 0.5, 0, 1), Emission_Strength=4).outputs["BSDF"])
+    link(node("ShaderNodeBsdfPrincipled", Base_Color=(0.8, 0.4, 0.2, 1), Metallic=0.25, Roughness=0.3, IOR=1.4,
+              Specular_IOR_Level=0.7, Specular_Tint=(1, 0.5, 0.25, 1), Emission_Color=(1, 0.5, 0, 1),
+              Emission_Strength=4).outputs["BSDF"])
     exported = export()
-    close(exported.material("Paint"), type="principled", base_colour=[0.8, 0.4, 0.2], metallic=0.25, roughness=0.3, ior=1.4,
-          specular_level=0.7, specular_tint=[1, 0.5, 0.25], emission=[4, 2, 0], emission_sides="both")
+    close(exported.material("Paint"), type="principled", base_colour=[0.8, 0.4, 0.2], metallic=0.25, roughness=0.3,
+          ior=1.4, specular_level=0.7, specular_tint=[1, 0.5, 0.25], emission=[4, 2, 0], emission_sides="both")
     assert not exported["notes"]
 
 
 def test_principled_names_what_it_leaves_out(material, export):
     node, link = material
-    shader = principled(node, Coat_Weight=0.5)
+    shader = node("ShaderNodeBsdfPrincipled", Coat_Weight=0.5)
     link(shader.outputs["BSDF"])
     link(node("ShaderNodeBump").outputs["Normal"], shader.inputs["Normal"])
     exported = export()

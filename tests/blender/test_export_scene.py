@@ -13,7 +13,7 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Matrix, Vector
 
 import export as exporter
-from conftest import ROOT, VALIDATOR, Scene, matrix, new_camera, new_mesh, new_plane
+from blenderscene import ROOT, VALIDATOR, Scene, matrix, new_camera, new_mesh, new_plane
 
 EXPORT = os.path.join(ROOT, "import", "blender", "export.py")
 
@@ -127,6 +127,22 @@ def test_interrupted_export_leaves_the_old_scene(error, scene, tmp_path, monkeyp
     assert (folder / "scene.json").read_bytes() == before
 
 
+def test_interruption_that_blender_swallows(scene, tmp_path):
+    """An exception in a handler of Blender's is printed and lost; the export stops all the same."""
+    new_plane()
+    blend = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    start = ("import os, runpy, signal, sys, bpy\n"
+             "from bpy.app.handlers import persistent\n"
+             "handler = persistent(lambda *_: os.kill(os.getpid(), signal.SIGTERM))\n"
+             "bpy.app.handlers.load_post.append(handler)\n"
+             "runpy.run_path(sys.argv[0], run_name='__main__')\n")
+    arguments = f"import sys\nsys.argv = {[EXPORT, str(blend), '-o', str(tmp_path / 'out')]!r}\n"
+    result = subprocess.run([sys.executable, "-c", arguments + start], capture_output=True, text=True, timeout=60)
+    assert result.returncode == 130, result.stderr
+    assert os.listdir(tmp_path) == ["scene.blend"]
+
+
 def test_hidden_and_second_view_layer(scene, export):
     new_plane()
     scene.view_layers.new("Second")
@@ -143,7 +159,8 @@ def test_random_transforms_round_trip(scene, export):
     generator = random.Random(1)
     expected = {}
     for number in range(5):
-        placed = Matrix.LocRotScale([generator.uniform(-9, 9) for _ in range(3)], None, [generator.uniform(-3, 3) for _ in range(3)])
+        place, scale = ([generator.uniform(-size, size) for _ in range(3)] for size in (9, 3))
+        placed = Matrix.LocRotScale(place, None, scale)
         obj = new_plane(f"Plane {number}")
         obj.matrix_world = placed @ Matrix.Rotation(generator.uniform(0, 6), 4, (1, 2, 3))
         bpy.context.view_layer.update()

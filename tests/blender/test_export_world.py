@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mathutils import Vector
 
-from conftest import bilinear, matrix, node_makers, read_picture
+from blenderscene import bilinear, matrix, node_makers, read_picture
 
 DIRECTIONS = [(1, 0, 0), (0, 1, 0.2), (-0.6, -0.5, -0.4), (0.3, -0.9, 0.8)]
 

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 
-from conftest import new_camera, new_object, new_plane
+from blenderscene import new_camera, new_object, new_plane
 import phong
 
 KD, KS = np.array([.3, .2, 0]), np.array([.1, .4, .6])

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the example scene beside this file: scene.json is the example of import/FORMAT.md as it stands there, scene.bin
-and textures/wood.png are what it names.
+"""Writes the example scene beside this file: scene.json is the example of import/FORMAT.md as it stands there,
+scene.bin and textures/wood.png are what it names.
 
     python3 tests/scenes/example/make.py [FOLDER]
 """
@@ -19,7 +19,7 @@ HOUSE_CORNERS = [0, 1, 2, 3, 3, 2, 4]
 HOUSE_NORMALS = [0, -1, 0] * 7
 HOUSE_UVS = [0, 0, 1, 0, 1, 1, 0, 1, 0, 1, 1, 1, 0.5, 1.5]
 HOUSE_MATERIALS = [0, 1]
-# A cube of side 1 about the origin, counter-clockwise seen from outside; its top edges are creased, one corner is sharp.
+# A cube of side 1 about the origin, counter-clockwise seen from outside; its top edges are creased, a corner is sharp.
 BOX_POSITIONS = [c for z in (-0.5, 0.5) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)) for c in (x / 2, y / 2, z)]
 BOX_SIZES = [4] * 6
 BOX_CORNERS = [3, 2, 1, 0, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7]
