@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "render/direct.h"
 #include "render/gather.h"
 
 enum { GATHER_RAYS = 196, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201, FIRST_ROUND = 64 };
@@ -23,8 +24,6 @@ enum { GATHER_RAYS = 196, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201, FIRS
 #define FINE_ZONE 2.0f
 /* Strata beside ones brighter than HOT times the mean get HOT_SPLIT x HOT_SPLIT rays. */
 #define HOT 8.0f
-/* Lobes narrower than this, rad, are traced: n = 300. */
-#define LEAST_WIDTH .08f
 /* Each round looks at this share more pixels than all before. */
 #define ROUND_GROWTH .2f
 
@@ -50,14 +49,6 @@ struct scratch {
 };
 
 static const struct select_options SELECT = SELECT_DEFAULTS;
-
-bool fill_resolves(const struct brdf *brdf)
-{
-    for (int i = 0; i < brdf->lobe_count; i++)
-        if (lobe_width(&brdf->lobes[i]) < LEAST_WIDTH)
-            return false;
-    return true;
-}
 
 /* Room for `strata` strata and `rays` rays. */
 static bool scratch_reserve(struct scratch *scratch, uint32_t strata, uint32_t rays)
@@ -304,7 +295,7 @@ static void look(const struct model *model, const struct fill *fill, bool eas, u
     if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit))
         return;
     shade_point(model, ray, &hit, &draft->point);
-    draft->glossy = eas && draft->point.brdf.lobe_count > 0 && fill_resolves(&draft->point.brdf);
+    draft->glossy = eas && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
     if (!draft->glossy && is_black(draft->point.brdf.kd))
         return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;

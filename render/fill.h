@@ -33,10 +33,6 @@ struct fill {
     struct mean_brdf *tables;
 };
 
-/* Whether gather rays and cells of lamps resolve all lobes of a reflectance: none is narrower than that of about n = 300. Narrower ones are
- * traced by every method. */
-bool fill_resolves(const struct brdf *brdf);
-
 /* Deterministic for any number of threads. False and a sentence where memory runs out; nothing to free then. */
 bool fill_build(const struct model *model, bool eas, uint64_t seed, struct progress *progress, struct fill *fill,
                 char error[static SCENE_ERROR]);

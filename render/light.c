@@ -96,6 +96,11 @@ void lights_free(struct lights *lights)
     free(lights);
 }
 
+bool lights_environment_only(const struct lights *lights)
+{
+    return lights->count == 1 && lights->environment.strong_flux > 0;
+}
+
 bool lights_any(const struct lights *lights) { return lights->count > 0; }
 
 static float irradiance(const struct lights *lights, int light, float3 p, float3 n)

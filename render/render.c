@@ -4,13 +4,13 @@
 #include <omp.h>
 #include <stdio.h>
 
+#include "render/direct.h"
 #include "render/fill.h"
 #include "render/gather.h"
 #include "render/path.h"
 #include "render/sequence.h"
 
-enum { SEED_PATH = 301, SEED_CACHE, MOST_GROUPS = 16, HIGHLIGHT_RUNS = 8, HIGHLIGHT_SIDE = 6,
-       HIGHLIGHT_CELLS = HIGHLIGHT_RUNS * HIGHLIGHT_SIDE * HIGHLIGHT_SIDE, PATH_SPP = 64, CACHE_SPP = 16 };
+enum { SEED_PATH = 301, SEED_CACHE, MOST_GROUPS = 16, PATH_SPP = 64, CACHE_SPP = 16 };
 
 /* Samples of a pixel that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
@@ -19,13 +19,14 @@ struct frame_job {
     const struct model *model;
     const struct render_options *options;
     const struct fill *fill; /* NULL for path */
+    struct direct direct;    /* unused by path */
     int spp;
 };
 
 /* Whether the point's lobes are taken from EAS; if not, they are traced. */
 static bool caches_lobes(const struct frame_job *job, const struct point *point)
 {
-    return job->options->method == RENDER_EAS && point->brdf.lobe_count > 0 && fill_resolves(&point->brdf);
+    return job->options->method == RENDER_EAS && point->brdf.lobe_count > 0 && direct_resolves(&point->brdf);
 }
 
 static void add_surface(struct pixel *pixel, const struct point *point, float t)
@@ -76,7 +77,7 @@ static void path_pixel(const struct frame_job *job, int x, int y, struct pixel *
 struct group {
     struct point point; /* the first; p, origin, n, wo and kd become sums */
     float count;
-    float lit, asked;   /* luminance of lamps' light in the lobes that came through, and of all of it */
+    struct direct_share share;
 };
 
 /* The group that the point joins. */
@@ -122,7 +123,7 @@ static rgb record_colour(uint32_t record)
 }
 
 /* Light of the lobes by one traced ray each, u two numbers in [0, 1). `lamps`: what lamps send directly counts, with the MIS weight against
- * direct_with_mis. */
+ * direct_sample. */
 static rgb traced_lobes(const struct frame_job *job, const struct point *point, float2 u, bool lamps, struct rng *rng)
 {
     rgb sum = {0};
@@ -196,72 +197,6 @@ static void look_up(const struct frame_job *job, const struct group *group, stru
     pixel->records = mad(pixel->records, record_colour(matches[best].record), group->count * matches[best].weight);
 }
 
-/* Light of a lamp sample that the lobes reflect, shadows apart: each lobe averaged over the solid angle that one of `count`
- * samples stands for, so that highlights don't sparkle. */
-static rgb lamp_in_lobes(const struct frame_job *job, const struct point *point, const struct light_sample *light, int count)
-{
-    rgb f_cos = {0};
-    float omega = light->pdf > 0 ? minf(1 / (light->pdf * (float)count), 2 * PI) : 0, cosine = dot(light->wi, point->n);
-    for (int i = 0; i < point->brdf.lobe_count; i++) {
-        const struct lobe *lobe = &point->brdf.lobes[i];
-        if (omega > 1e-6f) {
-            struct mean_lobe mean = mean_lobe(job->fill->tables, lobe, point->n, point->wo);
-            f_cos = mad(f_cos, mean_lobe_cap(&mean, (struct cap){light->wi, omega}), 1 / omega);
-        } else if (cosine > 0) {
-            f_cos = mad(f_cos, lobe_eval(lobe, point->n, point->wo, light->wi), cosine);
-        }
-    }
-    return mul(light->weight, f_cos);
-}
-
-/* Lamps at a camera ray's hit whose lobes are wide enough to be averaged: the diffuse part's light is returned; of the lobes' light only the share that comes
- * through is noted, highlight() has the rest. */
-static rgb direct_with_share(const struct frame_job *job, const struct point *point, const float u[static 3], struct group *group)
-{
-    struct light_sample light;
-    if (!lights_sample(job->model->lights, point->origin, point->n, u, &light))
-        return vec3(0, 0, 0);
-    float cosine = dot(light.wi, point->n);
-    rgb diffuse = scale(mul(light.weight, point->brdf.kd), maxf(cosine, 0) / PI);
-    float specular = luminance(lamp_in_lobes(job, point, &light, job->spp));
-    if (is_black(diffuse) && specular <= 0)
-        return vec3(0, 0, 0);
-    bool lit = cosine > 0 && dot(light.wi, point->ng) > 0 &&
-               !trace_occluded(job->model->trace, point->origin, light.wi, light.distance);
-    group->asked += specular;
-    group->lit += lit ? specular : 0;
-    return lit ? diffuse : vec3(0, 0, 0);
-}
-
-/* Lamps in the lobes of a group: HIGHLIGHT_CELLS fixed cells of the lamps, unshadowed, times the share that the group's shadow rays found. */
-static rgb highlight(const struct frame_job *job, const struct group *group)
-{
-    rgb sum = {0};
-    if (!(group->lit > 0))
-        return sum;
-    struct point point = group_mean(group);
-    for (int i = 0; i < HIGHLIGHT_CELLS; i++) {
-        /* Runs of lamps (and their triangles) in turn; on each a square grid of places, shifted so that four runs interleave to a
-         * grid twice as fine: midpoints of equal cells, which integrate a smooth lobe far better than scattered points do. */
-        int run = i / (HIGHLIGHT_SIDE * HIGHLIGHT_SIDE), row = i / HIGHLIGHT_SIDE % HIGHLIGHT_SIDE, column = i % HIGHLIGHT_SIDE;
-        float u[3] = {((float)i + .5f) / HIGHLIGHT_CELLS, ((float)row + (run & 1 ? .75f : .25f)) / HIGHLIGHT_SIDE,
-                      ((float)column + (run & 2 ? .75f : .25f)) / HIGHLIGHT_SIDE};
-        struct light_sample light;
-        if (lights_sample(job->model->lights, point.origin, point.n, u, &light))
-            sum = add(sum, lamp_in_lobes(job, &point, &light, HIGHLIGHT_CELLS));
-    }
-    return scale(sum, group->lit / group->asked / HIGHLIGHT_CELLS);
-}
-
-static rgb direct_with_mis(const struct frame_job *job, const struct point *point, const float u[static 3])
-{
-    rgb diffuse, specular;
-    float distance;
-    if (!gather_direct(job->model, point, u, &diffuse, &specular, &distance))
-        return vec3(0, 0, 0);
-    return add(diffuse, specular);
-}
-
 static void cache_pixel(const struct frame_job *job, int x, int y, struct pixel *pixel)
 {
     uint64_t index = (uint64_t)(y * job->model->scene->camera.width + x);
@@ -279,18 +214,16 @@ static void cache_pixel(const struct frame_job *job, int x, int y, struct pixel 
         if (!camera_sample(job, x, y, jitter, pixel, &point))
             continue;
         struct group *group = group_of(groups, &group_count, &point);
-        if (fill_resolves(&point.brdf)) {
-            pixel->direct = add(pixel->direct, direct_with_share(job, &point, u, group));
-            if (!caches_lobes(job, &point))
-                pixel->indirect = add(pixel->indirect, traced_lobes(job, &point, sequence_point(lobe, i), false, &rng));
-        } else {
-            pixel->direct = add(pixel->direct, direct_with_mis(job, &point, u));
-            pixel->indirect = add(pixel->indirect, traced_lobes(job, &point, sequence_point(lobe, i), true, &rng));
+        pixel->direct = add(pixel->direct, direct_sample(&job->direct, &point, u, &group->share));
+        if (!caches_lobes(job, &point)) {
+            bool lamps = !direct_resolves(&point.brdf);
+            pixel->indirect = add(pixel->indirect, traced_lobes(job, &point, sequence_point(lobe, i), lamps, &rng));
         }
     }
     for (int i = 0; i < group_count; i++) {
         look_up(job, &groups[i], pixel, &rng);
-        pixel->direct = mad(pixel->direct, highlight(job, &groups[i]), groups[i].count);
+        struct point point = group_mean(&groups[i]);
+        pixel->direct = mad(pixel->direct, direct_light(&job->direct, &point, &groups[i].share), groups[i].count);
     }
 }
 
@@ -328,7 +261,7 @@ bool render(const struct model *model, const struct render_options *options, str
             struct film *film, struct render_stats *stats, char error[static SCENE_ERROR])
 {
     bool cached = options->method != RENDER_PATH;
-    struct frame_job job = {model, options, NULL, options->spp ? options->spp : cached ? CACHE_SPP : PATH_SPP};
+    struct frame_job job = {model, options, NULL, {0}, options->spp ? options->spp : cached ? CACHE_SPP : PATH_SPP};
     struct fill fill;
     *stats = (struct render_stats){0};
     if (!film_alloc(film, model->scene->camera.width, model->scene->camera.height, cached)) {
@@ -341,12 +274,19 @@ bool render(const struct model *model, const struct render_options *options, str
             return false;
         }
         job.fill = &fill;
+        if (!direct_prepare(model, fill.tables, job.spp, &job.direct)) {
+            fill_free(&fill);
+            film_free(film);
+            snprintf(error, SCENE_ERROR, "lamps: out of memory");
+            return false;
+        }
     }
     progress_begin(progress, "pixels", trace_rays(model->trace));
     render_pixels(&job, progress, film);
     progress_end(progress, trace_rays(model->trace));
     if (cached) {
         report(model, &fill, options->seed, stats);
+        direct_free(&job.direct);
         fill_free(&fill);
     }
     return true;

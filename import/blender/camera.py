@@ -27,10 +27,13 @@ def export(scene_file, scene, depsgraph):
     if aspect != 1:
         width, height = (round(width * aspect), height) if aspect > 1 else (width, round(height / aspect))
         note(f"pixels are not square: rendered with {width} x {height} square ones")
-    if render.use_border:
-        note("the render region is left out: the whole picture is rendered")
-    if camera.dof.use_dof:
-        note("depth of field is left out: a pinhole camera is used")
+    for found, text in ((render.use_border, "the render region is left out: the whole picture is rendered"),
+                        (camera.dof.use_dof, "depth of field is left out: a pinhole camera is used"),
+                        (render.use_motion_blur, "motion blur is left out"),
+                        (render.film_transparent, "the transparent film is left out: the world is seen"),
+                        (scene.cycles.film_exposure != 1, "the film's exposure is left out")):
+        if found:
+            note(text)
 
     horizontal = camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and width >= height)
     sensor = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width

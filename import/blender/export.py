@@ -169,8 +169,11 @@ def export_object(scene_file, instance, cages, materials, meshes):
     if not any(visible):
         scene_file.note("hidden from all rays: left out", object=obj.name)
         return
-    if not all(visible):
-        scene_file.note("hidden from some kinds of rays: seen by all here", object=obj.name)
+    for found, text in ((not all(visible), "hidden from some kinds of rays: seen by all here"),
+                        (obj.is_holdout, "a holdout: an ordinary object here"),
+                        (obj.is_shadow_catcher, "a shadow catcher: an ordinary object here")):
+        if found:
+            scene_file.note(text, object=obj.name)
     temporary = obj.type != "MESH"
     mesh = obj.to_mesh() if temporary else obj.data
     if mesh is None:

@@ -58,6 +58,8 @@ def export_light(scene_file, instance):
             note(f"hidden from {meaning} rays: seen by them here")
     if not light.use_shadow:
         note("casts no shadow: does here")
+    if obj.light_linking.receiver_collection or obj.light_linking.blocker_collection:
+        note("light linking is left out: lights all objects")
     matrix = instance.matrix_world.copy()
     location, rotation, scale = matrix.decompose()
     rigid = Matrix.LocRotScale(location, rotation, None)

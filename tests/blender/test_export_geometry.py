@@ -262,6 +262,19 @@ def test_what_has_no_surface_is_named(scene, export):
     assert note == {"object": "Cloud", "text": "volume is left out"}
 
 
+def test_visibility_is_named(scene, export):
+    for name in ("visible_camera", "is_holdout", "is_shadow_catcher"):
+        setattr(new_cube(name), name, name != "visible_camera")
+    hidden = new_cube("Hidden from all")
+    for ray in ("camera", "diffuse", "glossy", "shadow", "transmission", "volume_scatter"):
+        setattr(hidden, "visible_" + ray, False)
+    exported = export()
+    assert sorted(o["name"] for o in exported["objects"]) == ["is_holdout", "is_shadow_catcher", "visible_camera"]
+    assert {note["object"]: note["text"].split(":")[0] for note in exported["notes"]} == {
+        "visible_camera": "hidden from some kinds of rays", "is_holdout": "a holdout",
+        "is_shadow_catcher": "a shadow catcher", "Hidden from all": "hidden from all rays"}
+
+
 def test_vertex_that_is_no_number(scene, export):
     obj = new_cube()
     obj.data.vertices[2].co.x = float("nan")

@@ -3,6 +3,7 @@
 import filecmp
 import os
 import random
+import signal
 import subprocess
 import sys
 
@@ -53,6 +54,8 @@ def test_other_cameras_are_named(scene, export):
     scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 4
     scene.camera.data.dof.use_dof = True
     scene.render.use_border = True
+    scene.render.use_motion_blur = scene.render.film_transparent = True
+    scene.cycles.film_exposure = 2
     scene.render.pixel_aspect_x = 2
     scene.render.resolution_x, scene.render.resolution_y = 50, 100
     exported = export()
@@ -60,7 +63,7 @@ def test_other_cameras_are_named(scene, export):
     distance = exported["camera"]["transform"][11] - 5
     assert exported["camera"]["resolution"] == [100, 100]
     assert (right - left) * distance == pytest.approx(4)  # as much of the plane through the camera as before
-    for word in ("orthographic", "depth of field", "region", "not square"):
+    for word in ("orthographic", "depth of field", "region", "not square", "motion", "film is", "exposure"):
         assert exported.notes(word)
 
 
@@ -130,17 +133,20 @@ def test_interrupted_export_leaves_the_old_scene(error, scene, tmp_path, monkeyp
 def test_interruption_that_blender_swallows(scene, tmp_path):
     """An exception in a handler of Blender's is printed and lost; the export stops all the same."""
     new_plane()
-    blend = tmp_path / "scene.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
-    start = ("import os, runpy, signal, sys, bpy\n"
-             "from bpy.app.handlers import persistent\n"
-             "handler = persistent(lambda *_: os.kill(os.getpid(), signal.SIGTERM))\n"
-             "bpy.app.handlers.load_post.append(handler)\n"
-             "runpy.run_path(sys.argv[0], run_name='__main__')\n")
-    arguments = f"import sys\nsys.argv = {[EXPORT, str(blend), '-o', str(tmp_path / 'out')]!r}\n"
-    result = subprocess.run([sys.executable, "-c", arguments + start], capture_output=True, text=True, timeout=60)
-    assert result.returncode == 130, result.stderr
-    assert os.listdir(tmp_path) == ["scene.blend"]
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    interruption, handlers = exporter.Interruption(), bpy.app.handlers.render_pre
+
+    def handler(*arguments):
+        os.kill(os.getpid(), signal.SIGTERM)
+    handlers.append(handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            exporter.export_scene(scene, str(tmp_path / "scene"), interruption.check)
+    finally:
+        handlers.remove(handler)
+        for number, function in before.items():
+            signal.signal(number, function)
+    assert os.listdir(tmp_path) == []
 
 
 def test_hidden_and_second_view_layer(scene, export):

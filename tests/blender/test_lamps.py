@@ -141,6 +141,21 @@ def test_lamp_nodes_multiply(floor, export, cycles):
     check(export, cycles)
 
 
+def test_what_a_lamp_cannot_keep_is_named(scene, export):
+    lamp("AREA", energy=10, spread=0).name = "Parallel"
+    lamp("POINT", energy=0).name = "Off"
+    lamp("AREA", energy=10).data.cycles.is_portal = True
+    lamp("SPOT", energy=10, scale=(1, 2, 1)).name = "Stretched"
+    lamp("POINT", energy=10, use_shadow=False).name = "No shadow"
+    lamp("SUN", energy=10).hide_render = True
+    exported = export()
+    assert sorted(light["name"] for light in exported["lights"]) == ["No shadow", "Parallel", "Stretched"]
+    parallel = next(light for light in exported["lights"] if light["name"] == "Parallel")
+    assert parallel["spread"] == pytest.approx(math.radians(1))
+    assert {(note["object"], note["text"].split()[0]) for note in exported["notes"]} == {
+        ("Parallel", "parallel"), ("Off", "emits"), ("Lamp", "a"), ("Stretched", "a"), ("No shadow", "casts")}
+
+
 def check(export, cycles):
     """Two points below the lamp, each a picture of 4 x 4 pixels and 2 cm."""
     light, = export()["lights"]
