@@ -33,6 +33,47 @@ static struct emitter_triangle place(const struct trace_object *placed, uint32_t
 
 static float area(const struct emitter_triangle *t) { return length(cross(t->ab, t->ac)) / 2; }
 
+/* An edge with its ends in order; `turn` is +1 where its triangle runs that way, else -1. */
+struct edge { float3 low, high; int turn; };
+
+static int compare_points(float3 a, float3 b)
+{
+    if (a.x != b.x) return a.x < b.x ? -1 : 1;
+    if (a.y != b.y) return a.y < b.y ? -1 : 1;
+    return a.z < b.z ? -1 : a.z > b.z;
+}
+
+static int compare_edges(const void *a, const void *b)
+{
+    const struct edge *e = a, *f = b;
+    int order = compare_points(e->low, f->low);
+    return order ? order : compare_points(e->high, f->high);
+}
+
+/* Whether each edge is shared by two triangles that run along it in opposite directions. False where memory runs out, too. */
+static bool is_closed(const struct triangles *t)
+{
+    size_t count = 3 * (size_t)t->triangle_count;
+    struct edge *edges = malloc(count * sizeof *edges);
+    if (!edges) return false;
+    for (uint32_t i = 0; i < t->triangle_count; i++) {
+        const uint32_t *index = t->indices + 3 * (size_t)i;
+        for (int k = 0; k < 3; k++) {
+            float3 from = vec_from(t->positions + 3 * (size_t)index[k]);
+            float3 to = vec_from(t->positions + 3 * (size_t)index[(k + 1) % 3]);
+            bool forward = compare_points(from, to) < 0;
+            edges[3 * (size_t)i + (size_t)k] = forward ? (struct edge){from, to, 1} : (struct edge){to, from, -1};
+        }
+    }
+    qsort(edges, count, sizeof *edges, compare_edges);
+    bool closed = true;
+    for (size_t i = 0; closed && i < count; i += 2)
+        closed = i + 1 < count && compare_edges(&edges[i], &edges[i + 1]) == 0 &&
+                 edges[i].turn + edges[i + 1].turn == 0;
+    free(edges);
+    return closed;
+}
+
 /* The sphere about the box of all corners, the common direction if there is one, and the chances. */
 static void summarise(struct emitter *e)
 {
@@ -81,6 +122,7 @@ bool emitter_build(const struct scene *scene, const struct scene_object *object,
         if (material) emitter->triangles[emitter->count++] = place(placed, i, material);
     }
     summarise(emitter);
+    emitter->closed = count == t->triangle_count && is_closed(t);
     return true;
 }
 

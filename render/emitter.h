@@ -17,6 +17,7 @@ struct emitter {
     double *cumulative; /* chances, [count + 1] */
     uint32_t count;
     float strength;  /* luminance of radiance x area summed, W/sr */
+    bool closed;     /* a closed surface, all of which shines */
     bool both_sides; /* some triangle shines from its back too */
     float3 centre;   /* of a sphere about all, m */
     float radius;

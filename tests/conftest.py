@@ -8,7 +8,7 @@ import pytest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PROGRAM = os.environ.get("BURNISH", os.path.join(ROOT, "build", "burnish"))
-SANITIZED = os.environ.get("BURNISH_SANITIZED", os.path.join(ROOT, "build", "tests", "burnish"))
+SANITIZED = os.environ.get("BURNISH_SANITIZED", os.path.join(ROOT, "build", "sanitized", "burnish"))
 sys.path.insert(0, os.path.join(ROOT, "scenes"))
 
 
