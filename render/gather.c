@@ -13,6 +13,7 @@ struct chain {
     struct rng *rng;
     struct gather_terms *terms;
     struct gathered *out;
+    rgb *lamps;    /* what the first ray meets of lamps, or NULL */
     float largest; /* luminance of the largest part of out->mirrored so far: it decides the distance */
 };
 
@@ -52,6 +53,15 @@ static void add_light(struct chain *chain, rgb light, bool own, float distance)
         chain->largest = luminance(light);
         chain->out->mirrored_distance = distance;
     }
+}
+
+/* The same for lamps that the ray met: those of the first ray are told apart. */
+static void add_lamps(struct chain *chain, rgb light, bool own, float distance)
+{
+    if (own && chain->lamps)
+        *chain->lamps = add(*chain->lamps, light);
+    else if (!is_black(light))
+        add_light(chain, light, own, distance);
 }
 
 static void add_term(struct gather_terms *terms, uint32_t record, rgb coefficient)
@@ -149,33 +159,31 @@ static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb
     float length_ = found ? hit.t : INFINITY;
     if (depth <= 1)
         before += length_;
-    rgb light = {0};
+    rgb lamps = {0};
     if (pdf > 0)
-        light = lights_radiance_lamps(model->lights, ray.origin, n, ray.dir, length_, pdf);
+        lamps = lights_radiance_lamps(model->lights, ray.origin, n, ray.dir, length_, pdf);
     if (!found) {
-        if (depth == 0)
+        if (own)
             chain->out->distance = INFINITY;
-        light = add(light, lights_rest(model->lights, ray.dir));
         if (pdf > 0) {
             float strong_pdf;
             rgb strong = lights_strong(model->lights, ray.origin, n, ray.dir, &strong_pdf);
-            if (!is_black(strong))
-                light = mad(light, strong, mis_weight(pdf, strong_pdf));
+            lamps = mad(lamps, strong, mis_weight(pdf, strong_pdf));
         }
-        add_light(chain, mul(throughput, light), own, before);
+        add_lamps(chain, mul(throughput, lamps), own, before);
+        add_light(chain, mul(throughput, lights_rest(model->lights, ray.dir)), own, before);
         return;
     }
     struct point point;
     shade_point(model, ray, &hit, &point);
-    if (depth == 0) {
+    if (own) {
         chain->out->distance = hit.t;
         chain->out->normal = point.ng;
     }
     if (pdf > 0 && !is_black(point.emission))
-        light = mad(light, point.emission,
+        lamps = mad(lamps, point.emission,
                     mis_weight(pdf, lights_pdf_hit(model->lights, ray.origin, n, ray.dir, &hit, point.ng)));
-    if (!is_black(light))
-        add_light(chain, mul(throughput, light), own, before);
+    add_lamps(chain, mul(throughput, lamps), own, before);
     lit(chain, &point, throughput, depth, own, before);
     bounced(chain, &point, hit.t, throughput, depth, own, before);
 }
@@ -184,16 +192,17 @@ struct gathered gather(const struct model *model, const struct diffuse_cache *ca
                        struct gather_terms *terms)
 {
     struct gathered out = {.mirrored_distance = INFINITY};
-    struct chain chain = {model, cache, rng, terms, &out, 0};
+    struct chain chain = {model, cache, rng, terms, &out, NULL, 0};
     follow(&chain, ray, ray.dir, 0, vec3(1, 1, 1), 0, 0);
     return out;
 }
 
-rgb gather_specular(const struct model *model, const struct diffuse_cache *cache, struct ray ray, float3 n, float pdf,
-                    struct rng *rng)
+struct gathered gather_specular(const struct model *model, const struct diffuse_cache *cache, struct ray ray, float3 n,
+                                float pdf, struct rng *rng, rgb *lamps)
 {
-    struct gathered out = {0};
-    struct chain chain = {model, cache, rng, NULL, &out, 0};
+    struct gathered out = {.mirrored_distance = INFINITY};
+    struct chain chain = {model, cache, rng, NULL, &out, lamps, 0};
+    *lamps = vec3(0, 0, 0);
     follow(&chain, ray, n, pdf, vec3(1, 1, 1), 0, 0);
-    return add(out.surface, out.mirrored);
+    return out;
 }

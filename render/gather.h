@@ -26,9 +26,10 @@ struct gathered {
 struct gathered gather(const struct model *model, const struct diffuse_cache *cache, struct ray ray, struct rng *rng,
                        struct gather_terms *terms);
 
-/* Light along a ray that was sampled by a lobe at (ray.origin, n) with `pdf`: as gather, but lamps count with their MIS weight against lights_sample. */
-rgb gather_specular(const struct model *model, const struct diffuse_cache *cache, struct ray ray, float3 n, float pdf,
-                    struct rng *rng);
+/* The same for a ray that was sampled by a lobe at (ray.origin, n) with `pdf`: lamps that it meets count with their MIS weight against
+ * lights_sample, those at its end in *lamps. */
+struct gathered gather_specular(const struct model *model, const struct diffuse_cache *cache, struct ray ray, float3 n,
+                                float pdf, struct rng *rng, rgb *lamps);
 
 /* Light of one lamp sample (u: three numbers in [0, 1)) at a point: its diffuse part in full, its lobes with the MIS weight
  * against sampling each lobe. False where none arrives. */

@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/cached.h"
+
+#include "render/gather.h"
+#include "render/primary.h"
+#include "render/sequence.h"
+
+/* Samples of a pixel that are grouped together: a power of two, for the sequence. */
+enum { SEED_PIXEL = 401, BATCH = 16 };
+
+/* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
+#define GROUP_COSINE .998f
+
+bool cached_prepare(const struct model *model, const struct fill *fill, bool eas, int spp, uint64_t seed, struct cached *cached)
+{
+    *cached = (struct cached){.model = model, .fill = fill, .eas = eas, .spp = spp, .seed = seed};
+    return direct_prepare(model, fill->tables, spp < BATCH ? spp : BATCH, &cached->direct);
+}
+
+void cached_free(struct cached *cached) { direct_free(&cached->direct); }
+
+/* Whether the point's lobes are taken from EAS; if not, they are traced. */
+static bool caches_lobes(const struct cached *cached, const struct point *point)
+{
+    return cached->eas && point->brdf.lobe_count > 0 && direct_resolves(&point->brdf);
+}
+
+/* Points of a pixel that are alike; sums until it is looked up. */
+struct group {
+    struct point point; /* the first; p, origin, n, wo and kd become sums */
+    float count;
+    struct direct_share share;
+};
+
+/* The group that the point joins. */
+static struct group *group_of(struct group groups[BATCH], int *group_count, const struct point *point)
+{
+    for (int i = 0; i < *group_count; i++) {
+        struct group *g = &groups[i];
+        if (g->point.object != point->object || g->point.material != point->material ||
+            dot(g->point.n, point->n) < GROUP_COSINE * g->count)
+            continue;
+        g->point.p = add(g->point.p, point->p);
+        g->point.origin = add(g->point.origin, point->origin);
+        g->point.n = add(g->point.n, point->n);
+        g->point.wo = add(g->point.wo, point->wo);
+        g->point.brdf.kd = add(g->point.brdf.kd, point->brdf.kd);
+        g->count += 1;
+        return g;
+    }
+    struct group *g = &groups[(*group_count)++];
+    *g = (struct group){.point = *point, .count = 1};
+    return g;
+}
+
+static struct point group_mean(const struct group *group)
+{
+    struct point point = group->point;
+    float share = 1 / group->count;
+    point.p = scale(point.p, share);
+    point.origin = scale(point.origin, share);
+    point.n = normalize(point.n);
+    point.wo = normalize(point.wo);
+    point.brdf.kd = scale(point.brdf.kd, share);
+    return point;
+}
+
+/* A colour of its own for each record, for the AOV that shows the zones. */
+static rgb record_colour(uint32_t record)
+{
+    uint64_t h = rng_mix(record + 1);
+    return vec3(.2f + .8f * (float)(h & 255) / 255, .2f + .8f * (float)(h >> 8 & 255) / 255,
+                .2f + .8f * (float)(h >> 16 & 255) / 255);
+}
+
+/* Light of the lobes by one traced ray each, u two numbers in [0, 1). *lamps, where it isn't NULL: what lamps send directly, with the MIS
+ * weight against direct_sample. */
+static rgb traced_lobes(const struct cached *cached, const struct point *point, float2 u, rgb *lamps, struct rng *rng)
+{
+    rgb sum = {0}, lamp = {0};
+    for (int i = 0; i < point->brdf.lobe_count; i++) {
+        float v[2] = {u.x, u.y}, pdf;
+        float3 wi;
+        rgb weight = lobe_sample(&point->brdf.lobes[i], point->n, point->wo, v, &wi, &pdf);
+        if (is_black(weight) || dot(wi, point->ng) <= 0)
+            continue;
+        struct ray ray = {point->origin, wi};
+        const struct diffuse_cache *bounced = &cached->fill->bounced;
+        struct gathered light = lamps ? gather_specular(cached->model, bounced, ray, point->n, pdf, rng, &lamp)
+                                      : gather(cached->model, bounced, ray, rng, NULL);
+        sum = add(sum, mul(weight, add(light.surface, light.mirrored)));
+        if (lamps)
+            *lamps = add(*lamps, mul(weight, lamp));
+    }
+    return sum;
+}
+
+/* Where the cache has nothing: the light of one diffuse and one specular ray. */
+static rgb traced_indirect(const struct cached *cached, const struct point *point, struct rng *rng)
+{
+    rgb sum = {0};
+    if (!is_black(point->brdf.kd)) {
+        float r = sqrtf(rng_float(rng)), phi = 2 * PI * rng_float(rng);
+        float3 dir = to_world(frame_about(point->n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(maxf(1 - r * r, 0))));
+        if (dot(dir, point->ng) > 0) {
+            struct gathered light = gather(cached->model, &cached->fill->bounced, (struct ray){point->origin, dir}, rng, NULL);
+            sum = mul(point->brdf.kd, add(light.surface, light.mirrored));
+        }
+    }
+    return add(sum, traced_lobes(cached, point, (float2){rng_float(rng), rng_float(rng)}, NULL, rng));
+}
+
+/* Bounced light at the mean of so many samples' points, from the cache. */
+static void look_up(const struct cached *cached, const struct point *mean, float samples, struct pixel *pixel, struct rng *rng)
+{
+    struct point point = *mean;
+    bool eas = caches_lobes(cached, &point);
+    if (!eas && is_black(point.brdf.kd))
+        return;
+    const struct record_cache *cache = eas ? &cached->fill->glossy : &cached->fill->diffuse;
+    struct cache_match matches[CACHE_MATCHES];
+    int count = cache_find(&cache->zones, point.p, point.n, matches), best = 0;
+    if (!count) {
+        if (!eas)
+            point.brdf.lobe_count = 0; /* traced already */
+        for (int i = 0; i < (int)samples; i++)
+            pixel->indirect = add(pixel->indirect, traced_indirect(cached, &point, rng));
+        return;
+    }
+    rgb e = {0}, specular = {0};
+    struct mean_lobe lobes[2];
+    for (int k = 0; eas && k < point.brdf.lobe_count; k++)
+        lobes[k] = mean_lobe(cached->fill->tables, &point.brdf.lobes[k], point.n, point.wo);
+    for (int i = 0; i < count; i++) {
+        const struct zone *zone = &cache->zones.zones[matches[i].record];
+        const struct record *record = &cache->records[matches[i].record];
+        e = mad(e, irradiance_at(&record->irradiance, zone->p, zone->n, point.p, point.n), matches[i].weight);
+        for (int k = 0; eas && k < point.brdf.lobe_count; k++)
+            specular = mad(specular, eas_reflect(cache->eas + record->first_eas, record->eas_count, &lobes[k], point.p),
+                           matches[i].weight);
+        pixel->eas_count += (float)record->eas_count;
+        if (matches[i].weight > matches[best].weight)
+            best = i;
+    }
+    rgb indirect = add(specular, mul(point.brdf.kd, scale(e, 1 / PI)));
+    pixel->indirect = mad(pixel->indirect, indirect, samples);
+    pixel->records = mad(pixel->records, record_colour(matches[best].record), samples * matches[best].weight);
+}
+
+/* Samples first .. first + count of a pixel. */
+static void add_batch(const struct cached *cached, int x, int y, int first, int count, struct pixel *pixel)
+{
+    uint64_t index = (uint64_t)(y * cached->model->scene->camera.width + x);
+    struct rng rng = rng_seed(cached->seed ^ (uint64_t)SEED_PIXEL << 32, index, (uint64_t)first);
+    struct sequence place = sequence_draw(&rng, count), lamp = sequence_draw(&rng, count), lobe = sequence_draw(&rng, count);
+    float turn = rng_float(&rng);
+    struct group groups[BATCH];
+    int group_count = 0;
+    for (int i = 0; i < count; i++) {
+        float2 jitter = sequence_point(place, i), on_lamp = sequence_point(lamp, i);
+        /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself. */
+        float u[3] = {((float)i + turn) / (float)count, on_lamp.x, on_lamp.y};
+        struct point point;
+        if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, pixel, &point))
+            continue;
+        struct group *group = group_of(groups, &group_count, &point);
+        pixel->direct = add(pixel->direct, direct_sample(&cached->direct, &point, u, &group->share));
+        if (caches_lobes(cached, &point))
+            continue;
+        rgb lamps = {0};
+        bool unresolved = !direct_resolves(&point.brdf);
+        rgb bounced = traced_lobes(cached, &point, sequence_point(lobe, i), unresolved ? &lamps : NULL, &rng);
+        pixel->indirect = add(pixel->indirect, bounced);
+        pixel->direct = add(pixel->direct, lamps);
+    }
+    for (int i = 0; i < group_count; i++) {
+        struct point point = group_mean(&groups[i]);
+        look_up(cached, &point, groups[i].count, pixel, &rng);
+        pixel->direct = mad(pixel->direct, direct_light(&cached->direct, &point, &groups[i].share), groups[i].count);
+    }
+}
+
+void cached_pixel(const struct cached *cached, int x, int y, struct pixel *pixel)
+{
+    for (int first = 0; first < cached->spp; first += BATCH)
+        add_batch(cached, x, y, first, cached->spp - first < BATCH ? cached->spp - first : BATCH, pixel);
+}

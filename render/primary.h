@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a camera ray sees, noted in the AOVs of its pixel. */
+#ifndef RENDER_PRIMARY_H
+#define RENDER_PRIMARY_H
+
+#include "render/film.h"
+#include "render/shade.h"
+
+/* The ray through (x, y), in pixels from the picture's top left corner. Adds a sample with its emission, albedo, normal and depth. False where
+ * it sees the background, whose light is then emission. */
+bool primary(const struct model *model, float x, float y, struct pixel *pixel, struct point *point);
+
+#endif
