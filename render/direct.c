@@ -7,6 +7,9 @@
  * other so that they interleave to a grid twice as fine: midpoints of equal cells, which integrate a smooth lobe far better than scattered points. */
 enum { RUNS = 8, SIDE = 6, COARSE_SIDE = 3 /* where only the diffuse part asks */ };
 
+/* An environment alone has the same cells everywhere: a grid over its importance, each the mean of a finer grid. */
+enum { SKY_SIDE = 24, SKY_PARTS = 12 };
+
 /* Lobes narrower than this, rad, aren't resolved: n = 300. */
 #define LEAST_WIDTH .08f
 
@@ -18,45 +21,74 @@ bool direct_resolves(const struct brdf *brdf)
     return true;
 }
 
-/* Cell i of RUNS * side * side. */
-static bool cell(const struct lights *lights, float3 p, float3 n, int i, int side, struct light_sample *light)
+/* A light sample as a cell, one of `count`. */
+static struct direct_cell cell_of(const struct light_sample *light, int count)
 {
-    int run = i / (side * side), row = i / side % side, column = i % side;
-    float u[3] = {((float)i + .5f) / (float)(RUNS * side * side), ((float)row + (run & 1 ? .75f : .25f)) / (float)side,
+    float omega = light->pdf > 0 ? minf(1 / (light->pdf * (float)count), 2 * PI) : 0;
+    return (struct direct_cell){light->wi, 1, omega, scale(light->weight, 1 / (float)count)};
+}
+
+/* Cell i of RUNS * side * side. */
+static bool lamp_cell(const struct lights *lights, float3 p, float3 n, int i, int side, struct direct_cell *cell)
+{
+    int run = i / (side * side), row = i / side % side, column = i % side, count = RUNS * side * side;
+    float u[3] = {((float)i + .5f) / (float)count, ((float)row + (run & 1 ? .75f : .25f)) / (float)side,
                   ((float)column + (run & 2 ? .75f : .25f)) / (float)side};
-    return lights_sample(lights, p, n, u, light);
+    struct light_sample light;
+    if (!lights_sample(lights, p, n, u, &light))
+        return false;
+    *cell = cell_of(&light, count);
+    return true;
+}
+
+static struct direct_cell sky_cell(const struct lights *lights, int row, int column)
+{
+    struct direct_cell cell = {.omega = 0};
+    float luminances = 0;
+    for (int k = 0; k < SKY_PARTS * SKY_PARTS; k++) {
+        struct light_sample part;
+        float u[3] = {.5f, ((float)row + ((float)(k / SKY_PARTS) + .5f) / SKY_PARTS) / SKY_SIDE,
+                      ((float)column + ((float)(k % SKY_PARTS) + .5f) / SKY_PARTS) / SKY_SIDE};
+        if (!lights_sample(lights, vec3(0, 0, 0), vec3(0, 0, 1), u, &part))
+            continue;
+        struct direct_cell one = cell_of(&part, SKY_SIDE * SKY_SIDE * SKY_PARTS * SKY_PARTS);
+        cell.weight = add(cell.weight, one.weight);
+        cell.omega += one.omega;
+        cell.wi = mad(cell.wi, one.wi, luminance(one.weight));
+        luminances += luminance(one.weight);
+    }
+    cell.spread = luminances > 0 ? length(cell.wi) / luminances : 0;
+    cell.wi = normalize(cell.wi);
+    return cell;
 }
 
 bool direct_prepare(const struct model *model, const struct mean_brdf *tables, int shadow_rays, struct direct *direct)
 {
     *direct = (struct direct){model, tables, shadow_rays, NULL};
-    if (!lights_any(model->lights) || !lights_environment_only(model->lights))
+    if (!lights_environment_only(model->lights))
         return true;
-    int count = RUNS * SIDE * SIDE;
-    direct->cells = calloc((size_t)count, sizeof *direct->cells);
-    for (int i = 0; direct->cells && i < count; i++)
-        if (!cell(model->lights, vec3(0, 0, 0), vec3(0, 0, 1), i, SIDE, &direct->cells[i]))
-            direct->cells[i].weight = vec3(0, 0, 0);
-    return direct->cells != NULL;
+    direct->sky = malloc(SKY_SIDE * SKY_SIDE * sizeof *direct->sky);
+    for (int i = 0; direct->sky && i < SKY_SIDE * SKY_SIDE; i++)
+        direct->sky[i] = sky_cell(model->lights, i / SKY_SIDE, i % SKY_SIDE);
+    return direct->sky != NULL;
 }
 
 void direct_free(struct direct *direct)
 {
-    free(direct->cells);
-    direct->cells = NULL;
+    free(direct->sky);
+    direct->sky = NULL;
 }
 
-/* f cos of all lobes, each averaged over the solid angle that one of `count` samples stands for. */
-static rgb lobes_over(const struct brdf *brdf, const struct mean_lobe *lobes, const struct light_sample *light, int count)
+/* The mean over the cell of f cos, all lobes together. */
+static rgb lobes_over(const struct brdf *brdf, const struct mean_lobe *lobes, const struct direct_cell *cell)
 {
     rgb f_cos = {0};
-    float omega = light->pdf > 0 ? minf(1 / (light->pdf * (float)count), 2 * PI) : 0;
     for (int i = 0; i < brdf->lobe_count; i++) {
         const struct mean_lobe *m = &lobes[i];
-        if (omega > 1e-6f)
-            f_cos = mad(f_cos, mean_lobe_cap(m, (struct cap){light->wi, omega}), 1 / omega);
+        if (cell->omega > 1e-6f)
+            f_cos = mad(f_cos, mean_lobe_cap(m, (struct cap){cell->wi, cell->omega}), 1 / cell->omega);
         else
-            f_cos = mad(f_cos, lobe_eval(m->lobe, m->n, m->wo, light->wi), maxf(dot(light->wi, m->n), 0));
+            f_cos = mad(f_cos, lobe_eval(m->lobe, m->n, m->wo, cell->wi), maxf(dot(cell->wi, m->n), 0));
     }
     return f_cos;
 }
@@ -79,7 +111,8 @@ rgb direct_sample(const struct direct *direct, const struct point *point, const 
     if (brdf->lobe_count > 0 && direct_resolves(brdf)) {
         struct mean_lobe lobes[2];
         prepare_lobes(direct, point, lobes);
-        parts[DIRECT_LOBES] = mul(light.weight, lobes_over(brdf, lobes, &light, direct->shadow_rays));
+        struct direct_cell cell = cell_of(&light, direct->shadow_rays);
+        parts[DIRECT_LOBES] = mul(light.weight, lobes_over(brdf, lobes, &cell));
     } else {
         for (int i = 0; i < brdf->lobe_count; i++) {
             const struct lobe *lobe = &brdf->lobes[i];
@@ -112,16 +145,18 @@ rgb direct_light(const struct direct *direct, const struct point *point, const s
     struct mean_lobe lobes[2];
     rgb e = {0}, specular = {0};
     prepare_lobes(direct, point, lobes);
-    int side = lobes_lit || direct->cells ? SIDE : COARSE_SIDE, count = RUNS * side * side;
+    int side = lobes_lit ? SIDE : COARSE_SIDE, count = direct->sky ? SKY_SIDE * SKY_SIDE : RUNS * side * side;
     for (int i = 0; i < count; i++) {
-        struct light_sample sampled;
-        const struct light_sample *light = direct->cells ? &direct->cells[i] : &sampled;
-        if (!direct->cells && !cell(direct->model->lights, point->origin, point->n, i, side, &sampled))
+        struct direct_cell cell;
+        if (direct->sky)
+            cell = direct->sky[i];
+        else if (!lamp_cell(direct->model->lights, point->origin, point->n, i, side, &cell))
             continue;
-        e = mad(e, light->weight, maxf(dot(light->wi, point->n), 0));
+        e = mad(e, cell.weight, cell.spread * maxf(dot(cell.wi, point->n), 0));
         if (lobes_lit)
-            specular = add(specular, mul(light->weight, lobes_over(&point->brdf, lobes, light, count)));
+            specular = add(specular, mul(cell.weight, lobes_over(&point->brdf, lobes, &cell)));
     }
-    rgb diffuse = mul(mul(point->brdf.kd, scale(e, 1 / (PI * (float)count))), ratio(share->lit[DIRECT_DIFFUSE], share->asked[DIRECT_DIFFUSE]));
-    return add(diffuse, mul(scale(specular, 1 / (float)count), ratio(share->lit[DIRECT_LOBES], share->asked[DIRECT_LOBES])));
+    rgb diffuse = mul(scale(point->brdf.kd, 1 / PI), e);
+    return add(mul(diffuse, ratio(share->lit[DIRECT_DIFFUSE], share->asked[DIRECT_DIFFUSE])),
+               mul(specular, ratio(share->lit[DIRECT_LOBES], share->asked[DIRECT_LOBES])));
 }
