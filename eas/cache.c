@@ -12,7 +12,10 @@ enum { LEVEL_BIAS = 32 };
 #define NO_ENTRY UINT32_MAX
 
 /* One record in one cell; entries of a bucket are chained, the newest first. */
-struct cache_entry { uint64_t key; uint32_t record, next; };
+struct cache_entry {
+    uint64_t key;
+    uint32_t record, next;
+};
 
 struct cache cache_empty(float stretch) { return (struct cache){.stretch = stretch}; }
 
@@ -60,12 +63,10 @@ static void cell_of(float3 p, int level, int cell[3])
 
 static bool grow(void *array, uint32_t *capacity, uint32_t count, size_t bytes)
 {
-    if (count < *capacity)
-        return true;
+    if (count < *capacity) return true;
     uint32_t larger = count < 512 ? 1024 : 2 * count;
     void *grown = realloc(*(void **)array, larger * bytes);
-    if (!grown)
-        return false;
+    if (!grown) return false;
     *(void **)array = grown;
     *capacity = larger;
     return true;
@@ -73,12 +74,10 @@ static bool grow(void *array, uint32_t *capacity, uint32_t count, size_t bytes)
 
 static bool rehash(struct cache *cache)
 {
-    if (4 * cache->entry_count < cache->bucket_count)
-        return true;
+    if (4 * cache->entry_count < cache->bucket_count) return true;
     uint32_t count = cache->bucket_count ? cache->bucket_count * 4 : 4096;
     uint32_t *buckets = malloc(count * sizeof *buckets);
-    if (!buckets)
-        return false;
+    if (!buckets) return false;
     free(cache->buckets);
     cache->buckets = buckets;
     cache->bucket_count = count;
@@ -109,8 +108,7 @@ static bool index_record(struct cache *cache, uint32_t record, struct zone zone)
     for (int x = low[0]; x <= high[0]; x++)
         for (int y = low[1]; y <= high[1]; y++)
             for (int z = low[2]; z <= high[2]; z++) {
-                if (!meets_cell(zone, reach, ldexpf(1, level), x, y, z))
-                    continue;
+                if (!meets_cell(zone, reach, ldexpf(1, level), x, y, z)) continue;
                 if (!rehash(cache) ||
                     !grow(&cache->entries, &cache->entry_capacity, cache->entry_count, sizeof *cache->entries))
                     return false;
@@ -123,17 +121,16 @@ static bool index_record(struct cache *cache, uint32_t record, struct zone zone)
 }
 
 /* Walks over the records whose cells hold a point: one chain for each level in use. */
-struct probe { uint64_t levels, key; uint32_t entry; };
+struct probe {
+    uint64_t levels, key;
+    uint32_t entry;
+};
 
-static struct probe probe_begin(const struct cache *cache)
-{
-    return (struct probe){cache->levels, 0, NO_ENTRY};
-}
+static struct probe probe_begin(const struct cache *cache) { return (struct probe){cache->levels, 0, NO_ENTRY}; }
 
 static inline bool probe_next(const struct cache *cache, float3 p, struct probe *probe, uint32_t *record)
 {
-    if (probe->entry != NO_ENTRY)
-        probe->entry = cache->entries[probe->entry].next;
+    if (probe->entry != NO_ENTRY) probe->entry = cache->entries[probe->entry].next;
     for (;;) {
         while (probe->entry != NO_ENTRY && cache->entries[probe->entry].key != probe->key)
             probe->entry = cache->entries[probe->entry].next;
@@ -141,8 +138,7 @@ static inline bool probe_next(const struct cache *cache, float3 p, struct probe 
             *record = cache->entries[probe->entry].record;
             return true;
         }
-        if (!probe->levels)
-            return false;
+        if (!probe->levels) return false;
         int level = __builtin_ctzll(probe->levels) - LEVEL_BIAS, cell[3];
         probe->levels &= probe->levels - 1;
         cell_of(p, level, cell);
@@ -156,13 +152,10 @@ static float weight_of(const struct zone *zone, float3 p, float3 n, float stretc
 {
     float3 d = sub(p, zone->p);
     float reach = zone->radius * stretch, d2 = dot(d, d);
-    if (d2 >= reach * reach)
-        return 0;
-    if (fabsf(dot(d, zone->n)) > PLANE_OFFSET * zone->radius)
-        return 0;
+    if (d2 >= reach * reach) return 0;
+    if (fabsf(dot(d, zone->n)) > PLANE_OFFSET * zone->radius) return 0;
     float cosine = dot(n, zone->n);
-    if (cosine < NORMAL_COSINE)
-        return 0;
+    if (cosine < NORMAL_COSINE) return 0;
     float near = 1 - sqrtf(d2) / reach, alike = (cosine - NORMAL_COSINE) / (1 - NORMAL_COSINE);
     return near * near * alike + 1e-12f;
 }
@@ -170,8 +163,7 @@ static float weight_of(const struct zone *zone, float3 p, float3 n, float stretc
 bool cache_insert(struct cache *cache, struct zone zone, float least)
 {
     uint32_t other, record = cache->count;
-    if (!grow(&cache->zones, &cache->capacity, cache->count, sizeof *cache->zones))
-        return false;
+    if (!grow(&cache->zones, &cache->capacity, cache->count, sizeof *cache->zones)) return false;
     for (struct probe probe = probe_begin(cache); probe_next(cache, zone.p, &probe, &other);) {
         float distance = length(sub(cache->zones[other].p, zone.p));
         zone.radius = maxf(minf(zone.radius, cache->zones[other].radius + distance), least);
@@ -192,26 +184,19 @@ int cache_find(const struct cache *cache, float3 p, float3 n, struct cache_match
     uint32_t record;
     for (struct probe probe = probe_begin(cache); probe_next(cache, p, &probe, &record);) {
         float weight = weight_of(&cache->zones[record], p, n, cache->stretch);
-        if (weight <= 0)
-            continue;
+        if (weight <= 0) continue;
         int at = count;
-        if (count < CACHE_MATCHES)
-            count++;
-        else { /* the least of those held makes room; a tie keeps the older */
-            at = 0;
+        if (count < CACHE_MATCHES) count++;
+        else { /* the least of those held makes room; a tie keeps the older */ at = 0;
             for (int i = 1; i < CACHE_MATCHES; i++)
-                if (matches[i].weight < matches[at].weight)
-                    at = i;
-            if (matches[at].weight >= weight)
-                continue;
+                if (matches[i].weight < matches[at].weight) at = i;
+            if (matches[at].weight >= weight) continue;
         }
         matches[at] = (struct cache_match){record, weight};
     }
     float sum = 0;
-    for (int i = 0; i < count; i++)
-        sum += matches[i].weight;
-    for (int i = 0; i < count; i++)
-        matches[i].weight /= sum;
+    for (int i = 0; i < count; i++) sum += matches[i].weight;
+    for (int i = 0; i < count; i++) matches[i].weight /= sum;
     return count;
 }
 
@@ -219,7 +204,6 @@ bool cache_covers(const struct cache *cache, float3 p, float3 n)
 {
     uint32_t record;
     for (struct probe probe = probe_begin(cache); probe_next(cache, p, &probe, &record);)
-        if (weight_of(&cache->zones[record], p, n, 1) > 0)
-            return true;
+        if (weight_of(&cache->zones[record], p, n, 1) > 0) return true;
     return false;
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Where records may be used: zones of influence in space, whatever the records hold.
  *
- * Grow it from one thread; any number may look up meanwhile nothing is inserted. Records are numbered in the order of insertion, and a look-up lists
- * them in an order that depends on that alone.
+ * Grow it from one thread; any number may look up meanwhile nothing is inserted. Records are numbered in the order of
+ * insertion, and a look-up lists them in an order that depends on that alone.
  */
 #ifndef EAS_CACHE_H
 #define EAS_CACHE_H
@@ -13,18 +13,25 @@
 #include "eas/vec.h"
 
 /* A record's place: position (m, world), unit normal, radius of its zone (m). */
-struct zone { float3 p, n; float radius; };
+struct zone {
+    float3 p, n;
+    float radius;
+};
 
-/* A record that a look-up found, and its weight: positive, falling to 0 at the zone's rim. Weights of one look-up sum to 1. */
-struct cache_match { uint32_t record; float weight; };
+/* A record that a look-up found, and its weight: positive, falling to 0 at the zone's rim. Weights of one look-up sum
+ * to 1. */
+struct cache_match {
+    uint32_t record;
+    float weight;
+};
 
 enum { CACHE_MATCHES = 8 };
 
 struct cache {
     struct zone *zones;
     uint32_t count, capacity;
-    float stretch; /* look-ups reach this many radii: zones overlap */
-    uint32_t *buckets, bucket_count;      /* hash of (level, cell) to its first entry */
+    float stretch;                   /* look-ups reach this many radii: zones overlap */
+    uint32_t *buckets, bucket_count; /* hash of (level, cell) to its first entry */
     struct cache_entry *entries;
     uint32_t entry_count, entry_capacity;
     uint64_t levels; /* bit set of the levels in use */
@@ -34,12 +41,12 @@ struct cache {
 struct cache cache_empty(float stretch);
 void cache_free(struct cache *cache);
 
-/* Adds a record; its number is cache->count before the call. Neighbour clamping (Křivánek 2008): its radius and its neighbours' are reduced so that
- * r_i <= r_j + |p_i - p_j|; never below `least`. False: no memory. */
+/* Adds a record; its number is cache->count before the call. Neighbour clamping (Křivánek 2008): its radius and its
+ * neighbours' are reduced so that r_i <= r_j + |p_i - p_j|; never below `least`. False: no memory. */
 bool cache_insert(struct cache *cache, struct zone zone, float least);
 
-/* The records usable at p with unit normal n, at most CACHE_MATCHES: those of largest weight. Tests, in the order of cost:
- * within `stretch` radii; within the plane of the record or nearly so; normals alike. Returns how many. */
+/* The records usable at p with unit normal n, at most CACHE_MATCHES: those of largest weight. Tests, in the order of
+ * cost: within `stretch` radii; within the plane of the record or nearly so; normals alike. Returns how many. */
 int cache_find(const struct cache *cache, float3 p, float3 n, struct cache_match matches[static CACHE_MATCHES]);
 
 /* Whether a record's own zone (not stretched) covers p: then no new one is needed. */

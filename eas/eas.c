@@ -6,8 +6,7 @@
 
 struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance, float omega, bool infinite)
 {
-    if (infinite)
-        return (struct eas){normalize(position), vec3(0, 0, 0), radiance, omega, true};
+    if (infinite) return (struct eas){normalize(position), vec3(0, 0, 0), radiance, omega, true};
     float3 to_record = sub(origin, position);
     float d2 = maxf(dot(to_record, to_record), 1e-12f);
     to_record = scale(to_record, 1 / sqrtf(d2));
@@ -23,14 +22,12 @@ struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance,
 
 struct cap eas_translate(const struct eas *eas, float3 x)
 {
-    if (eas->infinite)
-        return (struct cap){eas->position, eas->area};
+    if (eas->infinite) return (struct cap){eas->position, eas->area};
     float3 v = sub(eas->position, x);
     float d2 = maxf(dot(v, v), 1e-12f);
     v = scale(v, 1 / sqrtf(d2));
     float cos_alpha = -dot(eas->normal, v);
-    if (!(cos_alpha > 0))
-        return (struct cap){v, 0};
+    if (!(cos_alpha > 0)) return (struct cap){v, 0};
     float tan2 = minf(eas->area * maxf(cos_alpha, EAS_GRAZING) / d2, MAX_TANGENT * MAX_TANGENT);
     return (struct cap){v, 2 * PI * tan2 / (1 + tan2 + sqrtf(1 + tan2))};
 }
@@ -40,8 +37,7 @@ rgb eas_reflect(const struct eas *eas, uint32_t count, const struct mean_lobe *l
     rgb sum = {0};
     for (uint32_t i = 0; i < count; i++) {
         struct cap cap = eas_translate(&eas[i], x);
-        if (cap.omega > 0)
-            sum = add(sum, mul(eas[i].radiance, mean_lobe_cap(lobe, cap)));
+        if (cap.omega > 0) sum = add(sum, mul(eas[i].radiance, mean_lobe_cap(lobe, cap)));
     }
     return sum;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The equivalent area source (EAS; the paper's SSE): a group of incident light at a record, with a place of its own, so that
- * other points see it from where they are.
+/* The equivalent area source (EAS; the paper's SSE): a group of incident light at a record, with a place of its own, so
+ * that other points see it from where they are.
  *
  * World space, metres, W/m2/sr. Values only: any thread may call.
  */
@@ -22,9 +22,10 @@ struct eas {
 /* An EAS seen under `omega` sr from `origin`. `normal` needn't be unit. */
 struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance, float omega, bool infinite);
 
-/* The cap under which x sees the EAS (paper, eq. 19): tan^2(theta') = area cos(alpha')/d'^2. Departures from the paper: no receiver's
- * cosine, which a solid angle doesn't have; a disc's tangent instead of its small-angle form, so that omega stays
- * below 2 pi as d' goes to 0; cos(alpha) is kept above EAS_GRAZING; seen from behind it is empty (omega 0). From its record the cap is that of the samples. */
+/* The cap under which x sees the EAS (paper, eq. 19): tan^2(theta') = area cos(alpha')/d'^2. Departures from the paper:
+ * no receiver's cosine, which a solid angle doesn't have; a disc's tangent instead of its small-angle form, so that
+ * omega stays below 2 pi as d' goes to 0; cos(alpha) is kept above EAS_GRAZING; seen from behind it is empty (omega 0).
+ * From its record the cap is that of the samples. */
 struct cap eas_translate(const struct eas *eas, float3 x);
 
 #define EAS_GRAZING .1f

@@ -3,7 +3,8 @@
 
 struct gather_grid gather_grid(int count)
 {
-    /* Columns 4 times the rows: at the middle of the hemisphere (z = 1/2) a stratum's sides are then 1.15/rows and 1.36/rows rad. */
+    /* Columns 4 times the rows: at the middle of the hemisphere (z = 1/2) a stratum's sides are then 1.15/rows
+     * and 1.36/rows rad. */
     int rows = (int)ceilf(sqrtf((float)count / 4) - 1e-4f);
     rows = rows < 2 ? 2 : rows;
     return (struct gather_grid){rows, 4 * rows};
@@ -52,7 +53,8 @@ struct irradiance irradiance_of(const struct gather_sample *samples, struct gath
             float phi = (float)k * d_phi, r = minf(s->distance, before->distance);
             float3 v = to_world(frame, vec3(-sinf(phi), cosf(phi), 0));
             if (isfinite(r))
-                add_outer(out.translation, v, sub(s->radiance, before->radiance), (sin_below - sin_above) / maxf(r, 1e-6f));
+                add_outer(out.translation, v, sub(s->radiance, before->radiance),
+                          (sin_below - sin_above) / maxf(r, 1e-6f));
         }
     }
     return out;
@@ -80,7 +82,6 @@ void irradiance_limit(struct irradiance *irradiance, float radius)
     const float e[3] = {irradiance->e.x, irradiance->e.y, irradiance->e.z};
     for (int i = 0; i < 3; i++) {
         float change = length(irradiance->translation[i]) * radius;
-        if (change > e[i])
-            irradiance->translation[i] = scale(irradiance->translation[i], e[i] / change);
+        if (change > e[i]) irradiance->translation[i] = scale(irradiance->translation[i], e[i] / change);
     }
 }

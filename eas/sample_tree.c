@@ -7,17 +7,22 @@
 enum { SECTORS = 6, QUARTERS = 4, MAX_DEPTH = 24 };
 
 /* A sample on its way through the tree: z = cos(theta) and phi in the record's frame. */
-struct tree_entry { float z, phi; uint32_t sample, child; };
+struct tree_entry {
+    float z, phi;
+    uint32_t sample, child;
+};
 
 /* Part of the hemisphere: z0 < z <= z1, phi0 <= phi < phi1. A cap where the whole circle and z1 = 1 are in it. */
-struct cell { float z0, z1, phi0, phi1; bool cap; };
+struct cell {
+    float z0, z1, phi0, phi1;
+    bool cap;
+};
 
 static uint32_t child_of(struct cell cell, float z, float phi)
 {
     if (cell.cap) {
         float inner = cell.z1 - (cell.z1 - cell.z0) / (SECTORS + 1); /* equal solid angles */
-        if (z > inner)
-            return 0;
+        if (z > inner) return 0;
         uint32_t sector = (uint32_t)(phi * (SECTORS / (2 * PI)));
         return 1 + (sector < SECTORS ? sector : SECTORS - 1);
     }
@@ -28,17 +33,17 @@ static struct cell child_cell(struct cell cell, uint32_t child)
 {
     if (cell.cap) {
         float inner = cell.z1 - (cell.z1 - cell.z0) / (SECTORS + 1);
-        if (child == 0)
-            return (struct cell){inner, cell.z1, 0, 2 * PI, true};
-        return (struct cell){cell.z0, inner, (float)(child - 1) * (2 * PI / SECTORS), (float)child * (2 * PI / SECTORS), false};
+        if (child == 0) return (struct cell){inner, cell.z1, 0, 2 * PI, true};
+        return (struct cell){cell.z0, inner, (float)(child - 1) * (2 * PI / SECTORS), (float)child * (2 * PI / SECTORS),
+                             false};
     }
     float z = .5f * (cell.z0 + cell.z1), phi = .5f * (cell.phi0 + cell.phi1);
     return (struct cell){child & 1 ? z : cell.z0, child & 1 ? cell.z1 : z, child & 2 ? phi : cell.phi0,
                          child & 2 ? cell.phi1 : phi, false};
 }
 
-/* The EAS of a set of samples: means of position and normal weighed by luminance x solid angle, by solid angle where all
- * is black. */
+/* The EAS of a set of samples: means of position and normal weighed by luminance x solid angle, by solid angle where
+ * all is black. */
 static struct eas summarise(const struct gather_sample *samples, const struct tree_entry *entries, uint32_t count,
                             float3 origin)
 {
@@ -65,12 +70,10 @@ static struct eas summarise(const struct gather_sample *samples, const struct tr
 static bool reserve(struct sample_tree *tree, uint32_t more)
 {
     uint32_t need = tree->node_count + more;
-    if (need <= tree->node_capacity)
-        return true;
+    if (need <= tree->node_capacity) return true;
     uint32_t capacity = need * 2;
     struct tree_node *nodes = realloc(tree->nodes, capacity * sizeof *nodes);
-    if (!nodes)
-        return false;
+    if (!nodes) return false;
     tree->nodes = nodes;
     tree->node_capacity = capacity;
     return true;
@@ -82,19 +85,15 @@ static bool split(struct sample_tree *tree, uint32_t node, const struct gather_s
 {
     uint32_t counts[SECTORS + 2] = {0};
     uint32_t children = cell.cap ? SECTORS + 1 : QUARTERS;
-    if (count <= 1)
-        return true;
+    if (count <= 1) return true;
     for (; depth < MAX_DEPTH; depth++) {
         memset(counts, 0, sizeof counts);
-        for (uint32_t i = 0; i < count; i++)
-            counts[entries[i].child = child_of(cell, entries[i].z, entries[i].phi)]++;
-        if (counts[entries[0].child] < count)
-            break;
+        for (uint32_t i = 0; i < count; i++) counts[entries[i].child = child_of(cell, entries[i].z, entries[i].phi)]++;
+        if (counts[entries[0].child] < count) break;
         cell = child_cell(cell, entries[0].child);
         children = cell.cap ? SECTORS + 1 : QUARTERS;
     }
-    if (depth == MAX_DEPTH)
-        return true; /* samples of one direction: a leaf of several */
+    if (depth == MAX_DEPTH) return true; /* samples of one direction: a leaf of several */
     /* Bring each child's entries together, their order kept: an insertion of runs is cheap for so few children. */
     uint32_t begin = 0, occupied = 0;
     for (uint32_t c = 0; c < children; c++) {
@@ -109,16 +108,14 @@ static bool split(struct sample_tree *tree, uint32_t node, const struct gather_s
         occupied += counts[c] > 0;
         begin = at;
     }
-    if (!reserve(tree, occupied))
-        return false;
+    if (!reserve(tree, occupied)) return false;
     uint32_t first = tree->node_count, next = first;
     tree->node_count += occupied;
     tree->nodes[node].first_child = first;
     tree->nodes[node].child_count = occupied;
     begin = 0;
     for (uint32_t c = 0; c < children; c++) {
-        if (!counts[c])
-            continue;
+        if (!counts[c]) continue;
         tree->nodes[next] = (struct tree_node){.eas = summarise(samples, entries + begin, counts[c], origin),
                                                .sample_count = counts[c]};
         if (!split(tree, next, samples, entries + begin, counts[c], origin, child_cell(cell, c), depth + 1))
@@ -133,12 +130,10 @@ bool sample_tree_build(struct sample_tree *tree, const struct gather_sample *sam
                        struct frame frame)
 {
     tree->node_count = 0;
-    if (!count)
-        return true;
+    if (!count) return true;
     if (count > tree->entry_capacity) {
         struct tree_entry *entries = realloc(tree->entries, count * sizeof *entries);
-        if (!entries)
-            return false;
+        if (!entries) return false;
         tree->entries = entries;
         tree->entry_capacity = count;
     }
@@ -147,8 +142,7 @@ bool sample_tree_build(struct sample_tree *tree, const struct gather_sample *sam
         float phi = atan2f(local.y, local.x);
         tree->entries[i] = (struct tree_entry){local.z, phi < 0 ? phi + 2 * PI : phi, i, 0};
     }
-    if (!reserve(tree, 1))
-        return false;
+    if (!reserve(tree, 1)) return false;
     tree->node_count = 1;
     tree->nodes[0] = (struct tree_node){.eas = summarise(samples, tree->entries, count, origin), .sample_count = count};
     return split(tree, 0, samples, tree->entries, count, origin, (struct cell){0, 1, 0, 2 * PI, true}, 0);

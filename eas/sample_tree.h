@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The tree over a record's gather samples (paper, 6.1): the hemisphere splits into a central cap and six sectors, the cap again into a cap
- * and six sectors, a sector into four, down to single samples. Each node is an equivalent area source.
+/* The tree over a record's gather samples (paper, 6.1): the hemisphere splits into a central cap and six sectors, the
+ * cap again into a cap and six sectors, a sector into four, down to single samples. Each node is an equivalent area
+ * source.
  *
- * Departures: a group of black samples has its position weighed by solid angle (the paper's is 0/0); samples at infinity
- * are not mixed with others, the caller gives them a tree of their own; radiance and solid angle are kept instead of irradiance, which
- * is singular at the horizon.
+ * Departures: a group of black samples has its position weighed by solid angle (the paper's is 0/0); samples at
+ * infinity are not mixed with others, the caller gives them a tree of their own; radiance and solid angle are kept
+ * instead of irradiance, which is singular at the horizon.
  */
 #ifndef EAS_SAMPLE_TREE_H
 #define EAS_SAMPLE_TREE_H
@@ -37,7 +38,8 @@ struct sample_tree {
     uint32_t entry_capacity;
 };
 
-/* All samples finite or all at infinity. `frame` is about the record's normal, `origin` its position. False: no memory. */
+/* All samples finite or all at infinity. `frame` is about the record's normal, `origin` its position. False: no memory.
+ */
 bool sample_tree_build(struct sample_tree *tree, const struct gather_sample *samples, uint32_t count, float3 origin,
                        struct frame frame);
 void sample_tree_free(struct sample_tree *tree);

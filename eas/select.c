@@ -11,7 +11,8 @@ enum { MOST_TREES = 3, MOST_LOBES = 2 };
 /* Beyond so many widths a GGX lobe doesn't decide about a group. */
 #define GGX_REACH 6.0f
 
-/* A node that is in the selection: its reference minus its own reflected luminance in each direction, and the sum of squares (epsilon_2). */
+/* A node that is in the selection: its reference minus its own reflected luminance in each direction, and the sum of
+ * squares (epsilon_2). */
 struct candidate {
     uint32_t tree, node;
     float error;
@@ -28,31 +29,29 @@ struct selection {
     /* The same in arrays for the quick test: points and mirror directions by component. */
     float px[SELECT_DIRECTIONS], py[SELECT_DIRECTIONS], pz[SELECT_DIRECTIONS];
     float mx[SELECT_DIRECTIONS], my[SELECT_DIRECTIONS], mz[SELECT_DIRECTIONS];
-    float reach; /* of the widest lobe, rad */
+    float reach;                    /* of the widest lobe, rad */
     uint32_t first_row[MOST_TREES]; /* of each tree's nodes in scratch->rows */
     uint32_t row_count;
     /* Over the selection: reference minus selected reflected luminance in each direction, and the reference's mean. */
     double difference[SELECT_DIRECTIONS], mean;
 };
 
-/* Reflection directions, every other one spread over the hemisphere, the rest about the viewer's, each at a point spread over
- * the zone's disc: a 4-D R sequence (Roberts 2018). */
+/* Reflection directions, every other one spread over the hemisphere, the rest about the viewer's, each at a point
+ * spread over the zone's disc: a 4-D R sequence (Roberts 2018). */
 static void queries(struct selection *s, const struct mean_brdf *tables, const struct lobe *lobes,
                     const struct select_place *place)
 {
     const float steps[4] = {.8566749f, .7338919f, .6287067f, .5385972f};
     for (int i = 0; i < s->options->directions; i++) {
         float u[4];
-        for (int k = 0; k < 4; k++)
-            u[k] = (float)fmod(.5 + (double)steps[k] * (i + 1), 1);
+        for (int k = 0; k < 4; k++) u[k] = (float)fmod(.5 + (double)steps[k] * (i + 1), 1);
         /* z of a cap of directions: the hemisphere's but its rim, or VIEW_SPREAD about the viewer. */
         float z = 1 - u[0] * (i & 1 ? .5f * sqr(VIEW_SPREAD) : .97f), sine = sqrtf(1 - z * z), phi = 2 * PI * u[1];
         struct frame frame = i & 1 ? frame_about(place->wo) : place->frame;
         float3 wo = to_world(frame, vec3(sine * cosf(phi), sine * sinf(phi), z));
         float r = place->radius * sqrtf(u[2]), x = r * cosf(2 * PI * u[3]), y = r * sinf(2 * PI * u[3]);
         s->points[i] = add(place->origin, to_world(place->frame, vec3(x, y, 0)));
-        for (int k = 0; k < s->lobe_count; k++)
-            s->lobes[k][i] = mean_lobe(tables, &lobes[k], place->frame.n, wo);
+        for (int k = 0; k < s->lobe_count; k++) s->lobes[k][i] = mean_lobe(tables, &lobes[k], place->frame.n, wo);
         float3 mirror = s->lobes[0][i].mirror;
         s->px[i] = s->points[i].x, s->py[i] = s->points[i].y, s->pz[i] = s->points[i].z;
         s->mx[i] = mirror.x, s->my[i] = mirror.y, s->mz[i] = mirror.z;
@@ -62,12 +61,13 @@ static void queries(struct selection *s, const struct mean_brdf *tables, const s
         s->reach = maxf(s->reach, minf(s->lobes[k][0].reach, GGX_REACH * s->lobes[k][0].width));
 }
 
-/* Which directions an EAS can matter to: near[i] > 0. The chord between its axis and the mirror direction is compared with the
- * cap's and the lobe's reach, generously. */
+/* Which directions an EAS can matter to: near[i] > 0. The chord between its axis and the mirror direction is compared
+ * with the cap's and the lobe's reach, generously. */
 static void near_queries(const struct selection *s, const struct eas *eas, float *near)
 {
     float ex = eas->position.x, ey = eas->position.y, ez = eas->position.z;
-    float there = eas->infinite ? 0.0f : 1.0f, size = eas->infinite ? eas->area * (1 / PI) : 0, spread = eas->infinite ? 0 : eas->area;
+    float there = eas->infinite ? 0.0f : 1.0f, size = eas->infinite ? eas->area * (1 / PI) : 0,
+          spread = eas->infinite ? 0 : eas->area;
     float reach = s->reach;
 #pragma omp simd
     for (int i = 0; i < s->options->directions; i++) {
@@ -84,19 +84,16 @@ static const float *node_values(struct selection *s, uint32_t tree, uint32_t nod
 {
     struct select_scratch *scratch = s->scratch;
     uint32_t directions = (uint32_t)s->options->directions, *row = &scratch->rows[s->first_row[tree] + node];
-    if (*row != NO_ROW)
-        return scratch->values + (size_t)*row * directions;
+    if (*row != NO_ROW) return scratch->values + (size_t)*row * directions;
     *row = s->row_count++;
     float *values = scratch->values + (size_t)*row * directions;
     const struct eas *eas = &s->trees[tree].nodes[node].eas;
     float near[SELECT_DIRECTIONS];
     memset(values, 0, directions * sizeof *values);
-    if (is_black(eas->radiance))
-        return values;
+    if (is_black(eas->radiance)) return values;
     near_queries(s, eas, near);
     for (uint32_t i = 0; i < directions; i++) {
-        if (near[i] <= 0)
-            continue;
+        if (near[i] <= 0) continue;
         struct cap cap = eas_translate(eas, s->points[i]);
         for (int k = 0; k < s->lobe_count && cap.omega > 0; k++)
             values[i] += luminance(mul(eas->radiance, mean_lobe_cap(&s->lobes[k][i], cap)));
@@ -110,12 +107,10 @@ static void add_reference(struct selection *s, uint32_t tree, uint32_t node, int
     const struct tree_node *n = &s->trees[tree].nodes[node];
     if (levels == 0 || n->child_count == 0) {
         const float *values = node_values(s, tree, node);
-        for (int i = 0; i < s->options->directions; i++)
-            sum[i] += values[i];
+        for (int i = 0; i < s->options->directions; i++) sum[i] += values[i];
         return;
     }
-    for (uint32_t c = 0; c < n->child_count; c++)
-        add_reference(s, tree, n->first_child + c, levels - 1, sum);
+    for (uint32_t c = 0; c < n->child_count; c++) add_reference(s, tree, n->first_child + c, levels - 1, sum);
 }
 
 /* Takes a candidate into the sums of the selection, its error (eq. 14) computed. */
@@ -146,18 +141,15 @@ static void exclude(struct selection *s, const struct candidate *c)
 static double grouping_error(const struct selection *s)
 {
     double squares = 0;
-    for (int i = 0; i < s->options->directions; i++)
-        squares += s->difference[i] * s->difference[i];
+    for (int i = 0; i < s->options->directions; i++) squares += s->difference[i] * s->difference[i];
     return sqrt(squares / s->options->directions);
 }
 
 static bool grow(void **array, uint32_t *capacity, size_t count, size_t bytes)
 {
-    if (count <= *capacity)
-        return true;
+    if (count <= *capacity) return true;
     void *grown = realloc(*array, count * bytes);
-    if (!grown)
-        return false;
+    if (!grown) return false;
     *array = grown;
     *capacity = (uint32_t)count;
     return true;
@@ -174,20 +166,19 @@ static bool prepare(struct selection *s, int tree_count)
     if (!grow((void **)&scratch->rows, &scratch->row_capacity, nodes, sizeof *scratch->rows) ||
         !grow((void **)&scratch->values, &scratch->value_capacity, (size_t)nodes * (size_t)s->options->directions,
               sizeof *scratch->values) ||
-        !grow((void **)&scratch->chosen, &scratch->chosen_capacity, (size_t)s->options->most + 8, sizeof *scratch->chosen))
+        !grow((void **)&scratch->chosen, &scratch->chosen_capacity, (size_t)s->options->most + 8,
+              sizeof *scratch->chosen))
         return false;
-    for (uint32_t i = 0; i < nodes; i++)
-        scratch->rows[i] = NO_ROW;
+    for (uint32_t i = 0; i < nodes; i++) scratch->rows[i] = NO_ROW;
     return true;
 }
 
-uint32_t select_eas(const struct sample_tree *trees, int count, const struct mean_brdf *tables, const struct lobe *lobes,
-                    int lobe_count, const struct select_place *place, const struct select_options *options,
-                    struct select_scratch *scratch, struct eas *out)
+uint32_t select_eas(const struct sample_tree *trees, int count, const struct mean_brdf *tables,
+                    const struct lobe *lobes, int lobe_count, const struct select_place *place,
+                    const struct select_options *options, struct select_scratch *scratch, struct eas *out)
 {
     struct selection s = {.trees = trees, .options = options, .scratch = scratch, .lobe_count = lobe_count};
-    if (!prepare(&s, count))
-        return UINT32_MAX;
+    if (!prepare(&s, count)) return UINT32_MAX;
     queries(&s, tables, lobes, place);
 
     struct candidate *chosen = scratch->chosen;
@@ -200,11 +191,9 @@ uint32_t select_eas(const struct sample_tree *trees, int count, const struct mea
     while (chosen_count && grouping_error(&s) > options->tau * (place->base + s.mean)) {
         uint32_t worst = 0;
         for (uint32_t i = 1; i < chosen_count; i++)
-            if (chosen[i].error > chosen[worst].error)
-                worst = i;
+            if (chosen[i].error > chosen[worst].error) worst = i;
         const struct tree_node *node = &trees[chosen[worst].tree].nodes[chosen[worst].node];
-        if (!(chosen[worst].error > 0) || chosen_count + node->child_count - 1 > (uint32_t)options->most)
-            break;
+        if (!(chosen[worst].error > 0) || chosen_count + node->child_count - 1 > (uint32_t)options->most) break;
         uint32_t tree = chosen[worst].tree;
         exclude(&s, &chosen[worst]);
         for (uint32_t c = 0; c < node->child_count; c++) {
@@ -217,8 +206,7 @@ uint32_t select_eas(const struct sample_tree *trees, int count, const struct mea
     uint32_t kept = 0;
     for (uint32_t i = 0; i < chosen_count; i++) {
         const struct eas *eas = &trees[chosen[i].tree].nodes[chosen[i].node].eas;
-        if (!is_black(eas->radiance))
-            out[kept++] = *eas;
+        if (!is_black(eas->radiance)) out[kept++] = *eas;
     }
     return kept;
 }

@@ -2,9 +2,9 @@
 /* Which nodes of a record's trees become its EAS (paper, 6.2): from the roots down, the node of the largest error is
  * replaced by its children until the whole errs by less than tau.
  *
- * Departure: each error is measured at a point of the record's zone of its own instead of at the record alone, so that a group whose
- * samples lie at different depths, on different objects or on an edge is split where that shows from the zone. It stands for
- * the rule "clusters don't mix objects or depths" without knowing objects.
+ * Departure: each error is measured at a point of the record's zone of its own instead of at the record alone, so that
+ * a group whose samples lie at different depths, on different objects or on an edge is split where that shows from the
+ * zone. It stands for the rule "clusters don't mix objects or depths" without knowing objects.
  */
 #ifndef EAS_SELECT_H
 #define EAS_SELECT_H
@@ -19,12 +19,15 @@ struct select_options {
 };
 
 enum { SELECT_DIRECTIONS = 128 };
-#define SELECT_DEFAULTS {.tau = .015f, .levels = 2, .directions = 96, .most = 600}
+#define SELECT_DEFAULTS                                                                                                \
+    {                                                                                                                  \
+        .tau = .015f, .levels = 2, .directions = 96, .most = 600                                                       \
+    }
 
 /* Scratch; zero-initialise, use by one thread at a time, free once. */
 struct select_scratch {
-    float *values;     /* reflected luminance: a row of directions for each node met */
-    uint32_t *rows;    /* the row of each node, or none */
+    float *values;  /* reflected luminance: a row of directions for each node met */
+    uint32_t *rows; /* the row of each node, or none */
     uint32_t value_capacity, row_capacity;
     struct candidate *chosen;
     uint32_t chosen_capacity;
@@ -39,11 +42,11 @@ struct select_place {
     float base;         /* luminance that it reflects besides (its diffuse part), which the error is relative to, too */
 };
 
-/* Chooses from `count` trees for a record under `lobes`. Writes at most options->most EAS to `out` and returns how many; none where all is
- * black. UINT32_MAX: no memory. */
-uint32_t select_eas(const struct sample_tree *trees, int count, const struct mean_brdf *tables, const struct lobe *lobes,
-                    int lobe_count, const struct select_place *place, const struct select_options *options,
-                    struct select_scratch *scratch, struct eas *out);
+/* Chooses from `count` trees for a record under `lobes`. Writes at most options->most EAS to `out` and returns how
+ * many; none where all is black. UINT32_MAX: no memory. */
+uint32_t select_eas(const struct sample_tree *trees, int count, const struct mean_brdf *tables,
+                    const struct lobe *lobes, int lobe_count, const struct select_place *place,
+                    const struct select_options *options, struct select_scratch *scratch, struct eas *out);
 
 void select_free(struct select_scratch *scratch);
 

@@ -8,8 +8,12 @@
 
 #define PI 3.14159265358979323846f
 
-typedef struct { float x, y; } float2;
-typedef struct { float x, y, z; } float3;
+typedef struct {
+    float x, y;
+} float2;
+typedef struct {
+    float x, y, z;
+} float3;
 typedef float3 rgb;
 
 /* Not fmaxf: without -ffinite-math-only that is a call. The second wins where the first is no number. */
@@ -42,7 +46,9 @@ static inline bool is_black(rgb c) { return c.x == 0 && c.y == 0 && c.z == 0; }
 static inline float luminance(rgb c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 
 /* A right-handed orthonormal frame about n (unit). */
-struct frame { float3 t, b, n; };
+struct frame {
+    float3 t, b, n;
+};
 
 /* Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017. */
 static inline struct frame frame_about(float3 n)

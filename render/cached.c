@@ -11,7 +11,8 @@ enum { SEED_PIXEL = 401, BATCH = 16 };
 /* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
 
-bool cached_prepare(const struct model *model, const struct fill *fill, bool eas, int spp, uint64_t seed, struct cached *cached)
+bool cached_prepare(const struct model *model, const struct fill *fill, bool eas, int spp, uint64_t seed,
+                    struct cached *cached)
 {
     *cached = (struct cached){.model = model, .fill = fill, .eas = eas, .spp = spp, .seed = seed};
     return direct_prepare(model, fill->tables, spp < BATCH ? spp : BATCH, &cached->direct);
@@ -73,8 +74,8 @@ static rgb record_colour(uint32_t record)
                 .2f + .8f * (float)(h >> 16 & 255) / 255);
 }
 
-/* Light of the lobes by one traced ray each, u two numbers in [0, 1). *lamps, where it isn't NULL: what lamps send directly, with the MIS
- * weight against direct_sample. */
+/* Light of the lobes by one traced ray each, u two numbers in [0, 1). *lamps, where it isn't NULL: what lamps send
+ * directly, with the MIS weight against direct_sample. */
 static rgb traced_lobes(const struct cached *cached, const struct point *point, float2 u, rgb *lamps, struct rng *rng)
 {
     rgb sum = {0}, lamp = {0};
@@ -82,15 +83,13 @@ static rgb traced_lobes(const struct cached *cached, const struct point *point, 
         float v[2] = {u.x, u.y}, pdf;
         float3 wi;
         rgb weight = lobe_sample(&point->brdf.lobes[i], point->n, point->wo, v, &wi, &pdf);
-        if (is_black(weight) || dot(wi, point->ng) <= 0)
-            continue;
+        if (is_black(weight) || dot(wi, point->ng) <= 0) continue;
         struct ray ray = {point->origin, wi};
         const struct diffuse_cache *bounced = &cached->fill->bounced;
         struct gathered light = lamps ? gather_specular(cached->model, bounced, ray, point->n, pdf, rng, &lamp)
                                       : gather(cached->model, bounced, ray, rng, NULL);
         sum = add(sum, mul(weight, add(light.surface, light.mirrored)));
-        if (lamps)
-            *lamps = add(*lamps, mul(weight, lamp));
+        if (lamps) *lamps = add(*lamps, mul(weight, lamp));
     }
     return sum;
 }
@@ -103,7 +102,8 @@ static rgb traced_indirect(const struct cached *cached, const struct point *poin
         float r = sqrtf(rng_float(rng)), phi = 2 * PI * rng_float(rng);
         float3 dir = to_world(frame_about(point->n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(maxf(1 - r * r, 0))));
         if (dot(dir, point->ng) > 0) {
-            struct gathered light = gather(cached->model, &cached->fill->bounced, (struct ray){point->origin, dir}, rng, NULL);
+            struct gathered light =
+                gather(cached->model, &cached->fill->bounced, (struct ray){point->origin, dir}, rng, NULL);
             sum = mul(point->brdf.kd, add(light.surface, light.mirrored));
         }
     }
@@ -111,18 +111,17 @@ static rgb traced_indirect(const struct cached *cached, const struct point *poin
 }
 
 /* Bounced light at the mean of so many samples' points, from the cache. */
-static void look_up(const struct cached *cached, const struct point *mean, float samples, struct pixel *pixel, struct rng *rng)
+static void look_up(const struct cached *cached, const struct point *mean, float samples, struct pixel *pixel,
+                    struct rng *rng)
 {
     struct point point = *mean;
     bool eas = caches_lobes(cached, &point);
-    if (!eas && is_black(point.brdf.kd))
-        return;
+    if (!eas && is_black(point.brdf.kd)) return;
     const struct record_cache *cache = eas ? &cached->fill->glossy : &cached->fill->diffuse;
     struct cache_match matches[CACHE_MATCHES];
     int count = cache_find(&cache->zones, point.p, point.n, matches), best = 0;
     if (!count) {
-        if (!eas)
-            point.brdf.lobe_count = 0; /* traced already */
+        if (!eas) point.brdf.lobe_count = 0; /* traced already */
         for (int i = 0; i < (int)samples; i++)
             pixel->indirect = add(pixel->indirect, traced_indirect(cached, &point, rng));
         return;
@@ -139,8 +138,7 @@ static void look_up(const struct cached *cached, const struct point *mean, float
             specular = mad(specular, eas_reflect(cache->eas + record->first_eas, record->eas_count, &lobes[k], point.p),
                            matches[i].weight);
         pixel->eas_count += (float)record->eas_count;
-        if (matches[i].weight > matches[best].weight)
-            best = i;
+        if (matches[i].weight > matches[best].weight) best = i;
     }
     rgb indirect = add(specular, mul(point.brdf.kd, scale(e, 1 / PI)));
     pixel->indirect = mad(pixel->indirect, indirect, samples);
@@ -152,7 +150,8 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
 {
     uint64_t index = (uint64_t)(y * cached->model->scene->camera.width + x);
     struct rng rng = rng_seed(cached->seed ^ (uint64_t)SEED_PIXEL << 32, index, (uint64_t)first);
-    struct sequence place = sequence_draw(&rng, count), lamp = sequence_draw(&rng, count), lobe = sequence_draw(&rng, count);
+    struct sequence place = sequence_draw(&rng, count), lamp = sequence_draw(&rng, count),
+                    lobe = sequence_draw(&rng, count);
     float turn = rng_float(&rng);
     struct group groups[BATCH];
     int group_count = 0;
@@ -161,12 +160,10 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself. */
         float u[3] = {((float)i + turn) / (float)count, on_lamp.x, on_lamp.y};
         struct point point;
-        if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, pixel, &point))
-            continue;
+        if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, pixel, &point)) continue;
         struct group *group = group_of(groups, &group_count, &point);
         pixel->direct = add(pixel->direct, direct_sample(&cached->direct, &point, u, &group->share));
-        if (caches_lobes(cached, &point))
-            continue;
+        if (caches_lobes(cached, &point)) continue;
         rgb lamps = {0};
         bool unresolved = !direct_resolves(&point.brdf);
         rgb bounced = traced_lobes(cached, &point, sequence_point(lobe, i), unresolved ? &lamps : NULL, &rng);

@@ -81,11 +81,13 @@ static bool check_image(const struct planes *planes, int index, const char *laye
 static bool planes_open(const struct compare_input *input, struct planes *planes, char error[static IMAGE_ERROR])
 {
     const char *layer = input->layer ? input->layer : "Combined";
-    *planes = (struct planes){
-        input->image->width, input->image->height, (long)input->image->width * input->image->height,
-        {input->image, input->image2 ? input->image2 : input->image, input->reference,
-         input->reference2 ? input->reference2 : input->reference},
-        {{0}}, NULL};
+    *planes = (struct planes){input->image->width,
+                              input->image->height,
+                              (long)input->image->width * input->image->height,
+                              {input->image, input->image2 ? input->image2 : input->image, input->reference,
+                               input->reference2 ? input->reference2 : input->reference},
+                              {{0}},
+                              NULL};
     for (int i = 0; i < IMAGES; ++i) {
         if (!find_channels(planes->images[i], layer, planes->channels[i]))
             return fail(error, "%s: found no channels %s.R, .G, .B, expected them", words[i], layer);
@@ -106,7 +108,10 @@ static bool planes_open(const struct compare_input *input, struct planes *planes
 
 static double root(double mean) { return mean < 0 ? -sqrt(-mean) : sqrt(mean); }
 
-struct means { double x, r; long pixels; };
+struct means {
+    double x, r;
+    long pixels;
+};
 
 static struct means find_means(const struct planes *planes, bool masked)
 {
@@ -226,7 +231,9 @@ bool compare(const struct compare_input *input, struct compare_result *result, c
     return good;
 }
 
-struct stop { float at, colour[3]; };
+struct stop {
+    float at, colour[3];
+};
 static const struct stop stops[] = {{0, {0, 0, 0}},   {.02f, {0, 0, .4f}}, {.05f, {0, .2f, 1}}, {.1f, {0, .7f, .2f}},
                                     {.2f, {1, 1, 0}}, {.5f, {.9f, 0, 0}},  {1, {1, 1, 1}}};
 

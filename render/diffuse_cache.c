@@ -15,7 +15,8 @@ enum {
     DISTANCE_RAYS = 64, /* to size a zone */
     GATHER_RAYS = 256,  /* of each record */
     SOLVE_STEPS = 64,
-    CHECK_POINTS = 128, CHECK_RAYS = 128
+    CHECK_POINTS = 128,
+    CHECK_RAYS = 128
 };
 
 /* Zones are half the distance to the nearest surface, and between these many pixels wide, seen from the camera. */
@@ -28,7 +29,10 @@ enum {
 /* Streams of random numbers of their own. */
 enum { SEED_PATHS = 101, SEED_DISTANCES, SEED_GATHER, SEED_CHECK };
 
-struct place { float3 p, origin, n, ng; bool used; };
+struct place {
+    float3 p, origin, n, ng;
+    bool used;
+};
 
 static float3 cosine_direction(float3 n, struct rng *rng)
 {
@@ -41,22 +45,22 @@ static struct place *wanted_places(const struct model *model, uint64_t seed)
 {
     const struct scene_camera *camera = &model->scene->camera;
     struct place *places = calloc((size_t)PATHS * BOUNCES, sizeof *places);
-    if (!places)
-        return NULL;
+    if (!places) return NULL;
 #pragma omp parallel for schedule(dynamic, 64)
     for (int i = 0; i < PATHS; i++) {
         struct rng rng = rng_seed(seed, SEED_PATHS, (uint64_t)i);
         /* Pixels by the R2 sequence (Roberts 2018). */
-        float x = (float)fmod(.5 + .7548776662466927 * (i + 1), 1), y = (float)fmod(.5 + .5698402909980532 * (i + 1), 1);
+        float x = (float)fmod(.5 + .7548776662466927 * (i + 1), 1),
+              y = (float)fmod(.5 + .5698402909980532 * (i + 1), 1);
         struct ray ray = camera_ray(camera, x * (float)camera->width, y * (float)camera->height);
         struct hit hit;
         for (int b = 0; b < BOUNCES && trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit); b++) {
             struct point point;
             shade_point(model, ray, &hit, &point);
-            places[i * BOUNCES + b] = (struct place){point.p, point.origin, point.n, point.ng, !is_black(point.brdf.kd)};
+            places[i * BOUNCES + b] =
+                (struct place){point.p, point.origin, point.n, point.ng, !is_black(point.brdf.kd)};
             ray = (struct ray){point.origin, cosine_direction(point.n, &rng)};
-            if (dot(ray.dir, point.ng) <= 0)
-                break;
+            if (dot(ray.dir, point.ng) <= 0) break;
         }
     }
     return places;
@@ -82,7 +86,8 @@ static float zone_radius(const struct model *model, const struct place *place, u
 }
 
 /* Records at the wanted places, in rounds: those not covered yet are sized in parallel and inserted in their order. */
-static bool place_records(const struct model *model, struct place *places, uint64_t seed, struct cache *zones, uint32_t **origins)
+static bool place_records(const struct model *model, struct place *places, uint64_t seed, struct cache *zones,
+                          uint32_t **origins)
 {
     enum { ROUND = 256 };
     float radii[ROUND];
@@ -93,30 +98,29 @@ static bool place_records(const struct model *model, struct place *places, uint6
         for (int i = 0; i < count; i++) {
             struct place *place = &places[first + i];
             place->used = place->used && !cache_covers(zones, place->p, place->n);
-            if (place->used)
-                radii[i] = zone_radius(model, place, seed, (uint64_t)(first + i));
+            if (place->used) radii[i] = zone_radius(model, place, seed, (uint64_t)(first + i));
         }
         for (int i = 0; i < count; i++) {
             struct place *place = &places[first + i];
-            if (!place->used || cache_covers(zones, place->p, place->n))
-                continue;
+            if (!place->used || cache_covers(zones, place->p, place->n)) continue;
             if (zones->count == capacity) {
                 capacity = capacity ? 2 * capacity : 1024;
                 uint32_t *grown = realloc(*origins, capacity * sizeof *grown);
-                if (!grown)
-                    return false;
+                if (!grown) return false;
                 *origins = grown;
             }
             (*origins)[zones->count] = (uint32_t)(first + i);
-            if (!cache_insert(zones, (struct zone){place->p, place->n, radii[i]}, radii[i] * .25f))
-                return false;
+            if (!cache_insert(zones, (struct zone){place->p, place->n, radii[i]}, radii[i] * .25f)) return false;
         }
     }
     return true;
 }
 
 /* What a record receives: a constant and a share of other records. */
-struct row { rgb constant; struct gather_terms terms; };
+struct row {
+    rgb constant;
+    struct gather_terms terms;
+};
 
 static void gather_row(const struct model *model, const struct diffuse_cache *cache, const struct place *place,
                        uint64_t seed, uint64_t index, struct row *row)
@@ -127,10 +131,10 @@ static void gather_row(const struct model *model, const struct diffuse_cache *ca
     float weight = PI / GATHER_RAYS;
     for (int i = 0; i < GATHER_RAYS; i++) {
         /* Stratified, cosine-weighted. */
-        float u = ((float)(i / side) + rng_float(&rng)) / (float)side, v = ((float)(i % side) + rng_float(&rng)) / (float)side;
+        float u = ((float)(i / side) + rng_float(&rng)) / (float)side,
+              v = ((float)(i % side) + rng_float(&rng)) / (float)side;
         float3 dir = to_world(frame, vec3(sqrtf(u) * cosf(2 * PI * v), sqrtf(u) * sinf(2 * PI * v), sqrtf(1 - u)));
-        if (dot(dir, place->ng) <= 0)
-            continue;
+        if (dot(dir, place->ng) <= 0) continue;
         uint32_t first = row->terms.count;
         struct gathered light = gather(model, cache, (struct ray){place->origin, dir}, &rng, &row->terms);
         row->constant = mad(row->constant, add(light.surface, light.mirrored), weight);
@@ -143,10 +147,8 @@ static void gather_row(const struct model *model, const struct diffuse_cache *ca
 static bool solve(const struct row *rows, uint32_t count, rgb *e)
 {
     rgb *next = malloc(count * sizeof *next);
-    if (!next)
-        return false;
-    for (uint32_t i = 0; i < count; i++)
-        e[i] = rows[i].constant;
+    if (!next) return false;
+    for (uint32_t i = 0; i < count; i++) e[i] = rows[i].constant;
     double change = 1, size = 1;
     for (int step = 0; step < SOLVE_STEPS && change > 1e-4 * size; step++) {
 #pragma omp parallel for schedule(static)
@@ -167,8 +169,8 @@ static bool solve(const struct row *rows, uint32_t count, rgb *e)
     return true;
 }
 
-bool diffuse_cache_build(const struct model *model, uint64_t seed, struct progress *progress, struct diffuse_cache *cache,
-                         char error[static SCENE_ERROR])
+bool diffuse_cache_build(const struct model *model, uint64_t seed, struct progress *progress,
+                         struct diffuse_cache *cache, char error[static SCENE_ERROR])
 {
     *cache = (struct diffuse_cache){.zones = cache_empty(STRETCH)};
     uint32_t *origins = NULL;
@@ -176,13 +178,11 @@ bool diffuse_cache_build(const struct model *model, uint64_t seed, struct progre
     rgb *e = NULL;
     bool ok = false;
     struct place *places = wanted_places(model, seed);
-    if (!places || !place_records(model, places, seed, &cache->zones, &origins))
-        goto done;
+    if (!places || !place_records(model, places, seed, &cache->zones, &origins)) goto done;
     uint32_t count = cache->zones.count, finished = 0;
     rows = calloc(count + 1, sizeof *rows);
     e = malloc((count + 1) * sizeof *e);
-    if (!rows || !e)
-        goto done;
+    if (!rows || !e) goto done;
 #pragma omp parallel for schedule(dynamic, 8)
     for (uint32_t i = 0; i < count; i++) {
         gather_row(model, cache, &places[origins[i]], seed, i, &rows[i]);
@@ -192,12 +192,10 @@ bool diffuse_cache_build(const struct model *model, uint64_t seed, struct progre
         progress_show(progress, (double)so_far / count);
     }
     ok = true;
-    for (uint32_t i = 0; i < count; i++)
-        ok = ok && !rows[i].terms.failed;
+    for (uint32_t i = 0; i < count; i++) ok = ok && !rows[i].terms.failed;
     ok = ok && solve(rows, count, e);
 done:
-    for (uint32_t i = 0; rows && i < cache->zones.count; i++)
-        free(rows[i].terms.terms);
+    for (uint32_t i = 0; rows && i < cache->zones.count; i++) free(rows[i].terms.terms);
     free(rows);
     free(origins);
     free(places);
@@ -221,16 +219,14 @@ void diffuse_cache_free(struct diffuse_cache *cache)
 rgb diffuse_cache_mean(const struct diffuse_cache *cache, const struct cache_match *matches, int count)
 {
     rgb e = {0};
-    for (int i = 0; i < count; i++)
-        e = mad(e, cache->e[matches[i].record], matches[i].weight);
+    for (int i = 0; i < count; i++) e = mad(e, cache->e[matches[i].record], matches[i].weight);
     return e;
 }
 
 double diffuse_cache_error(const struct model *model, const struct diffuse_cache *cache, uint64_t seed)
 {
     struct place *places = wanted_places(model, seed + SEED_CHECK);
-    if (!places)
-        return 0;
+    if (!places) return 0;
     double squares = 0, sum = 0;
     int count = 0;
     /* The second points of paths: where gather rays end. */
@@ -239,8 +235,7 @@ double diffuse_cache_error(const struct model *model, const struct diffuse_cache
         const struct place *place = &places[i * (PATHS / CHECK_POINTS) * BOUNCES + 1];
         struct cache_match matches[CACHE_MATCHES];
         int found = place->used ? cache_find(&cache->zones, place->p, place->n, matches) : 0;
-        if (!found)
-            continue;
+        if (!found) continue;
         rgb halves[2] = {{0}}, e = diffuse_cache_mean(cache, matches, found);
         struct rng rng = rng_seed(seed, SEED_CHECK, (uint64_t)i);
         for (int k = 0; k < 2 * CHECK_RAYS; k++) {

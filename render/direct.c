@@ -3,8 +3,9 @@
 
 #include <stdlib.h>
 
-/* Runs of cells over the lamps (and their triangles), a square grid of places each. Four neighbouring runs are shifted against each
- * other so that they interleave to a grid twice as fine: midpoints of equal cells, which integrate a smooth lobe far better than scattered points. */
+/* Runs of cells over the lamps (and their triangles), a square grid of places each. Four neighbouring runs are shifted
+ * against each other so that they interleave to a grid twice as fine: midpoints of equal cells, which integrate a
+ * smooth lobe far better than scattered points. */
 enum { RUNS = 8, SIDE = 6, COARSE_SIDE = 3 /* where only the diffuse part asks */ };
 
 /* An environment alone has the same cells everywhere: a grid over its importance, each the mean of a finer grid. */
@@ -16,8 +17,7 @@ enum { SKY_SIDE = 24, SKY_PARTS = 12 };
 bool direct_resolves(const struct brdf *brdf)
 {
     for (int i = 0; i < brdf->lobe_count; i++)
-        if (lobe_width(&brdf->lobes[i]) < LEAST_WIDTH)
-            return false;
+        if (lobe_width(&brdf->lobes[i]) < LEAST_WIDTH) return false;
     return true;
 }
 
@@ -35,8 +35,7 @@ static bool lamp_cell(const struct lights *lights, float3 p, float3 n, int i, in
     float u[3] = {((float)i + .5f) / (float)count, ((float)row + (run & 1 ? .75f : .25f)) / (float)side,
                   ((float)column + (run & 2 ? .75f : .25f)) / (float)side};
     struct light_sample light;
-    if (!lights_sample(lights, p, n, u, &light))
-        return false;
+    if (!lights_sample(lights, p, n, u, &light)) return false;
     *cell = cell_of(&light, count);
     return true;
 }
@@ -49,8 +48,7 @@ static struct direct_cell sky_cell(const struct lights *lights, int row, int col
         struct light_sample part;
         float u[3] = {.5f, ((float)row + ((float)(k / SKY_PARTS) + .5f) / SKY_PARTS) / SKY_SIDE,
                       ((float)column + ((float)(k % SKY_PARTS) + .5f) / SKY_PARTS) / SKY_SIDE};
-        if (!lights_sample(lights, vec3(0, 0, 0), vec3(0, 0, 1), u, &part))
-            continue;
+        if (!lights_sample(lights, vec3(0, 0, 0), vec3(0, 0, 1), u, &part)) continue;
         struct direct_cell one = cell_of(&part, SKY_SIDE * SKY_SIDE * SKY_PARTS * SKY_PARTS);
         cell.weight = add(cell.weight, one.weight);
         cell.omega += one.omega;
@@ -65,8 +63,7 @@ static struct direct_cell sky_cell(const struct lights *lights, int row, int col
 bool direct_prepare(const struct model *model, const struct mean_brdf *tables, int shadow_rays, struct direct *direct)
 {
     *direct = (struct direct){model, tables, shadow_rays, NULL};
-    if (!lights_environment_only(model->lights))
-        return true;
+    if (!lights_environment_only(model->lights)) return true;
     direct->sky = malloc(SKY_SIDE * SKY_SIDE * sizeof *direct->sky);
     for (int i = 0; direct->sky && i < SKY_SIDE * SKY_SIDE; i++)
         direct->sky[i] = sky_cell(model->lights, i / SKY_SIDE, i % SKY_SIDE);
@@ -87,8 +84,7 @@ static rgb lobes_over(const struct brdf *brdf, const struct mean_lobe *lobes, co
         const struct mean_lobe *m = &lobes[i];
         if (cell->omega > 1e-6f)
             f_cos = mad(f_cos, mean_lobe_cap(m, (struct cap){cell->wi, cell->omega}), 1 / cell->omega);
-        else
-            f_cos = mad(f_cos, lobe_eval(m->lobe, m->n, m->wo, cell->wi), maxf(dot(cell->wi, m->n), 0));
+        else f_cos = mad(f_cos, lobe_eval(m->lobe, m->n, m->wo, cell->wi), maxf(dot(cell->wi, m->n), 0));
     }
     return f_cos;
 }
@@ -99,13 +95,13 @@ static void prepare_lobes(const struct direct *direct, const struct point *point
         lobes[i] = mean_lobe(direct->tables, &point->brdf.lobes[i], point->n, point->wo);
 }
 
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], struct direct_share *share)
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3],
+                  struct direct_share *share)
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
     rgb parts[DIRECT_PARTS] = {{0}}, unresolved = {0};
-    if (!lights_sample(direct->model->lights, point->origin, point->n, u, &light))
-        return unresolved;
+    if (!lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return unresolved;
     float cosine = maxf(dot(light.wi, point->n), 0);
     parts[DIRECT_DIFFUSE] = scale(mul(light.weight, brdf->kd), cosine);
     if (brdf->lobe_count > 0 && direct_resolves(brdf)) {
@@ -117,17 +113,16 @@ rgb direct_sample(const struct direct *direct, const struct point *point, const 
         for (int i = 0; i < brdf->lobe_count; i++) {
             const struct lobe *lobe = &brdf->lobes[i];
             float mis = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
-            unresolved = mad(unresolved, mul(light.weight, lobe_eval(lobe, point->n, point->wo, light.wi)), cosine * mis);
+            unresolved =
+                mad(unresolved, mul(light.weight, lobe_eval(lobe, point->n, point->wo, light.wi)), cosine * mis);
         }
     }
-    if (is_black(parts[DIRECT_DIFFUSE]) && is_black(parts[DIRECT_LOBES]) && is_black(unresolved))
-        return unresolved;
+    if (is_black(parts[DIRECT_DIFFUSE]) && is_black(parts[DIRECT_LOBES]) && is_black(unresolved)) return unresolved;
     bool lit = cosine > 0 && dot(light.wi, point->ng) > 0 &&
                !trace_occluded(direct->model->trace, point->origin, light.wi, light.distance);
     for (int k = 0; k < DIRECT_PARTS; k++) {
         share->asked[k] = add(share->asked[k], parts[k]);
-        if (lit)
-            share->lit[k] = add(share->lit[k], parts[k]);
+        if (lit) share->lit[k] = add(share->lit[k], parts[k]);
     }
     return lit ? unresolved : vec3(0, 0, 0);
 }
@@ -140,21 +135,17 @@ static rgb ratio(rgb a, rgb b)
 rgb direct_light(const struct direct *direct, const struct point *point, const struct direct_share *share)
 {
     bool lobes_lit = !is_black(share->lit[DIRECT_LOBES]);
-    if (!lobes_lit && is_black(share->lit[DIRECT_DIFFUSE]))
-        return vec3(0, 0, 0);
+    if (!lobes_lit && is_black(share->lit[DIRECT_DIFFUSE])) return vec3(0, 0, 0);
     struct mean_lobe lobes[2];
     rgb e = {0}, specular = {0};
     prepare_lobes(direct, point, lobes);
     int side = lobes_lit ? SIDE : COARSE_SIDE, count = direct->sky ? SKY_SIDE * SKY_SIDE : RUNS * side * side;
     for (int i = 0; i < count; i++) {
         struct direct_cell cell;
-        if (direct->sky)
-            cell = direct->sky[i];
-        else if (!lamp_cell(direct->model->lights, point->origin, point->n, i, side, &cell))
-            continue;
+        if (direct->sky) cell = direct->sky[i];
+        else if (!lamp_cell(direct->model->lights, point->origin, point->n, i, side, &cell)) continue;
         e = mad(e, cell.weight, cell.spread * maxf(dot(cell.wi, point->n), 0));
-        if (lobes_lit)
-            specular = add(specular, mul(cell.weight, lobes_over(&point->brdf, lobes, &cell)));
+        if (lobes_lit) specular = add(specular, mul(cell.weight, lobes_over(&point->brdf, lobes, &cell)));
     }
     rgb diffuse = mul(scale(point->brdf.kd, 1 / PI), e);
     return add(mul(diffuse, ratio(share->lit[DIRECT_DIFFUSE], share->asked[DIRECT_DIFFUSE])),

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Lamps at the points that a pixel sees, with as little noise as the shadows allow.
  *
- * The points of a pixel that are alike share one unshadowed integral over fixed cells of the lamps; what each point adds is a shadow
- * ray, and the share of the light that came through scales the integral, channel by channel. A pixel in plain light has no noise then, and highlights
- * don't sparkle, for a lobe is averaged over each cell's solid angle (METHOD: "analytic or stratified through F~").
- * Lobes too narrow for the cells are sampled with MIS instead.
+ * The points of a pixel that are alike share one unshadowed integral over fixed cells of the lamps; what each point
+ * adds is a shadow ray, and the share of the light that came through scales the integral, channel by channel. A pixel
+ * in plain light has no noise then, and highlights don't sparkle, for a lobe is averaged over each cell's solid angle
+ * (METHOD: "analytic or stratified through F~"). Lobes too narrow for the cells are sampled with MIS instead.
  */
 #ifndef RENDER_DIRECT_H
 #define RENDER_DIRECT_H
@@ -25,23 +25,29 @@ struct direct_cell {
 struct direct {
     const struct model *model;
     const struct mean_brdf *tables;
-    int shadow_rays;            /* a pixel: what solid angle a sample stands for */
-    struct direct_cell *sky;     /* the cells where they are the same for all points (an environment and no other lamp), or NULL */
+    int shadow_rays; /* a pixel: what solid angle a sample stands for */
+    struct direct_cell
+        *sky; /* the cells where they are the same for all points (an environment and no other lamp), or NULL */
 };
 
-/* What a group's shadow rays found: light that the parts of the BRDF were offered and what came through. Zero-initialise. */
-struct direct_share { rgb asked[DIRECT_PARTS], lit[DIRECT_PARTS]; };
+/* What a group's shadow rays found: light that the parts of the BRDF were offered and what came through.
+ * Zero-initialise. */
+struct direct_share {
+    rgb asked[DIRECT_PARTS], lit[DIRECT_PARTS];
+};
 
 /* Borrows model and tables. False: no memory. */
 bool direct_prepare(const struct model *model, const struct mean_brdf *tables, int shadow_rays, struct direct *direct);
 void direct_free(struct direct *direct);
 
-/* Whether cells of lamps and gather rays resolve all lobes of a reflectance: none is narrower than that of about n = 300. */
+/* Whether cells of lamps and gather rays resolve all lobes of a reflectance: none is narrower than that of about n =
+ * 300. */
 bool direct_resolves(const struct brdf *brdf);
 
-/* One lamp sample (u: three numbers in [0, 1)) with its shadow ray, noted in `share`. Returns the radiance by the lobes if they are not
- * resolved, with the MIS weight against sampling each. */
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], struct direct_share *share);
+/* One lamp sample (u: three numbers in [0, 1)) with its shadow ray, noted in `share`. Returns the radiance by the lobes
+ * if they are not resolved, with the MIS weight against sampling each. */
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3],
+                  struct direct_share *share);
 
 /* The light of a group at its mean point: all but what direct_sample returned. */
 rgb direct_light(const struct direct *direct, const struct point *point, const struct direct_share *share);

@@ -34,7 +34,10 @@ static struct emitter_triangle place(const struct trace_object *placed, uint32_t
 static float area(const struct emitter_triangle *t) { return length(cross(t->ab, t->ac)) / 2; }
 
 /* An edge with its ends in order; `turn` is +1 where its triangle runs that way, else -1. */
-struct edge { float3 low, high; int turn; };
+struct edge {
+    float3 low, high;
+    int turn;
+};
 
 static int compare_points(float3 a, float3 b)
 {
@@ -50,7 +53,8 @@ static int compare_edges(const void *a, const void *b)
     return order ? order : compare_points(e->high, f->high);
 }
 
-/* Whether each edge is shared by two triangles that run along it in opposite directions. False where memory runs out, too. */
+/* Whether each edge is shared by two triangles that run along it in opposite directions. False where memory runs out,
+ * too. */
 static bool is_closed(const struct triangles *t)
 {
     size_t count = 3 * (size_t)t->triangle_count;
@@ -68,8 +72,8 @@ static bool is_closed(const struct triangles *t)
     qsort(edges, count, sizeof *edges, compare_edges);
     bool closed = true;
     for (size_t i = 0; closed && i < count; i += 2)
-        closed = i + 1 < count && compare_edges(&edges[i], &edges[i + 1]) == 0 &&
-                 edges[i].turn + edges[i + 1].turn == 0;
+        closed =
+            i + 1 < count && compare_edges(&edges[i], &edges[i + 1]) == 0 && edges[i].turn + edges[i + 1].turn == 0;
     free(edges);
     return closed;
 }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Fills the radiance cache for a picture (paper, Algorithm 1): records where camera rays find none.
  *
- * Departures: rounds over the pixels from coarse to fine in a fixed order, those of one round gathered in parallel and inserted in
- * order, so that the bytes don't depend on threads; gather rays end at the diffuse cache; lamps are left out of the records
- * (render.c adds them at the pixel); a zone is a share of the distance to the nearest surface, not of the mean one.
+ * Departures: rounds over the pixels from coarse to fine in a fixed order, those of one round gathered in parallel and
+ * inserted in order, so that the bytes don't depend on threads; gather rays end at the diffuse cache; lamps are left
+ * out of the records (render.c adds them at the pixel); a zone is a share of the distance to the nearest surface, not
+ * of the mean one.
  */
 #ifndef RENDER_FILL_H
 #define RENDER_FILL_H

@@ -20,9 +20,9 @@ void film_free(struct film *film)
 
 /* In the order in which write_pixel fills them. The cache's four come last. */
 static const char *const channels[] = {
-    "Combined.R", "Combined.G", "Combined.B", "Direct.R", "Direct.G", "Direct.B", "Indirect.R", "Indirect.G",
-    "Indirect.B", "Emission.R", "Emission.G", "Emission.B", "Albedo.R", "Albedo.G", "Albedo.B", "Normal.X",
-    "Normal.Y", "Normal.Z", "Depth.Z", "Records.R", "Records.G", "Records.B", "EASCount.V"};
+    "Combined.R", "Combined.G", "Combined.B", "Direct.R",   "Direct.G",  "Direct.B",  "Indirect.R", "Indirect.G",
+    "Indirect.B", "Emission.R", "Emission.G", "Emission.B", "Albedo.R",  "Albedo.G",  "Albedo.B",   "Normal.X",
+    "Normal.Y",   "Normal.Z",   "Depth.Z",    "Records.R",  "Records.G", "Records.B", "EASCount.V"};
 enum { CHANNELS = sizeof channels / sizeof channels[0], CACHE_CHANNELS = 4 };
 
 static float *put(float *out, float3 v, float factor)

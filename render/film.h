@@ -9,16 +9,16 @@
 /* Sums over the samples of a pixel; film_image divides by `samples`. */
 struct pixel {
     rgb emission, direct, indirect, albedo;
-    float3 normal;        /* world */
-    float depth;          /* m, to the nearest hit: the mean over samples that hit */
+    float3 normal; /* world */
+    float depth;   /* m, to the nearest hit: the mean over samples that hit */
     float samples, hits;
-    rgb records;          /* zones drawn over the image; only written where a cache was used */
-    float eas_count;      /* EAS evaluated, a sample */
+    rgb records;     /* zones drawn over the image; only written where a cache was used */
+    float eas_count; /* EAS evaluated, a sample */
 };
 
 struct film {
     int width, height;
-    bool cache; /* Records and EASCount are written */
+    bool cache;           /* Records and EASCount are written */
     struct pixel *pixels; /* height * width, row 0 at the top */
 };
 

@@ -24,24 +24,24 @@ bool gather_direct(const struct model *model, const struct point *point, const f
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
-    if (!lights_sample(model->lights, point->origin, point->n, u, &light))
-        return false;
+    if (!lights_sample(model->lights, point->origin, point->n, u, &light)) return false;
     float cosine = dot(light.wi, point->n);
-    if (cosine <= 0 || dot(light.wi, point->ng) <= 0)
-        return false;
+    if (cosine <= 0 || dot(light.wi, point->ng) <= 0) return false;
     *diffuse = scale(mul(light.weight, brdf->kd), cosine / PI);
     *specular = vec3(0, 0, 0);
     for (int i = 0; i < brdf->lobe_count; i++) {
         const struct lobe *lobe = &brdf->lobes[i];
         float weight = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
-        *specular = add(*specular, scale(mul(light.weight, lobe_eval(lobe, point->n, point->wo, light.wi)), cosine * weight));
+        *specular =
+            add(*specular, scale(mul(light.weight, lobe_eval(lobe, point->n, point->wo, light.wi)), cosine * weight));
     }
     *distance = light.distance;
     return (!is_black(*diffuse) || !is_black(*specular)) &&
            !trace_occluded(model->trace, point->origin, light.wi, light.distance);
 }
 
-/* Adds light that left the first hit: its surface's own at depth 0 with `own`, else mirrored, first sent from `distance`. */
+/* Adds light that left the first hit: its surface's own at depth 0 with `own`, else mirrored, first sent from
+ * `distance`. */
 static void add_light(struct chain *chain, rgb light, bool own, float distance)
 {
     if (own) {
@@ -58,10 +58,8 @@ static void add_light(struct chain *chain, rgb light, bool own, float distance)
 /* The same for lamps that the ray met: those of the first ray are told apart. */
 static void add_lamps(struct chain *chain, rgb light, bool own, float distance)
 {
-    if (own && chain->lamps)
-        *chain->lamps = add(*chain->lamps, light);
-    else if (!is_black(light))
-        add_light(chain, light, own, distance);
+    if (own && chain->lamps) *chain->lamps = add(*chain->lamps, light);
+    else if (!is_black(light)) add_light(chain, light, own, distance);
 }
 
 static void add_term(struct gather_terms *terms, uint32_t record, rgb coefficient)
@@ -80,23 +78,21 @@ static void add_term(struct gather_terms *terms, uint32_t record, rgb coefficien
 }
 
 /* Bounced light that the diffuse part of `point`, `length_` away from the ray's origin, sends back. */
-static void bounced(struct chain *chain, const struct point *point, float length_, rgb throughput, int depth, bool own, float before)
+static void bounced(struct chain *chain, const struct point *point, float length_, rgb throughput, int depth, bool own,
+                    float before)
 {
     rgb coefficient = mul(throughput, scale(point->brdf.kd, 1 / PI));
-    if (is_black(coefficient))
-        return;
+    if (is_black(coefficient)) return;
     struct cache_match matches[CACHE_MATCHES];
     const struct cache *zones = &chain->cache->zones;
     int count = cache_find(zones, point->p, point->n, matches), best = 0;
     for (int i = 1; i < count; i++)
-        if (matches[i].weight > matches[best].weight)
-            best = i;
+        if (matches[i].weight > matches[best].weight) best = i;
     if (count && length_ >= zones->zones[matches[best].record].radius) {
         if (chain->terms) { /* one of the matches, chosen by weight, stands for all: the system stays sparse */
             float u = rng_float(chain->rng);
             int pick = 0;
-            while (pick < count - 1 && (u -= matches[pick].weight) >= 0)
-                pick++;
+            while (pick < count - 1 && (u -= matches[pick].weight) >= 0) pick++;
             add_term(chain->terms, matches[pick].record, coefficient);
             return;
         }
@@ -105,12 +101,10 @@ static void bounced(struct chain *chain, const struct point *point, float length
     }
     rgb through = scale(coefficient, PI); /* cosine-weighted: f cos / pdf = kd */
     float survive = depth < 2 ? 1 : minf(max3(through), .95f);
-    if (rng_float(chain->rng) >= survive)
-        return;
+    if (rng_float(chain->rng) >= survive) return;
     float r = sqrtf(rng_float(chain->rng)), phi = 2 * PI * rng_float(chain->rng);
     float3 dir = to_world(frame_about(point->n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(maxf(1 - r * r, 0))));
-    if (dot(dir, point->ng) <= 0)
-        return;
+    if (dot(dir, point->ng) <= 0) return;
     struct gathered *out = chain->out, inner = {.distance = 0};
     struct chain next = *chain;
     next.out = &inner; /* all that comes by the bounce is this surface's */
@@ -125,8 +119,7 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
     const struct brdf *brdf = &point->brdf;
     float u[3] = {rng_float(chain->rng), rng_float(chain->rng), rng_float(chain->rng)};
     float weights[2] = {0}, total = 0;
-    for (int i = 0; i < brdf->lobe_count; i++)
-        total += weights[i] = max3(mul(throughput, brdf->lobes[i].weight));
+    for (int i = 0; i < brdf->lobe_count; i++) total += weights[i] = max3(mul(throughput, brdf->lobes[i].weight));
     float survive = depth == 0 ? 1 : minf(total, .95f);
 
     rgb diffuse, specular;
@@ -135,36 +128,30 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
         add_light(chain, mul(throughput, diffuse), own, before);
         add_light(chain, mul(throughput, specular), false, depth == 0 ? before + distance : before);
     }
-    if (total <= 0 || rng_float(chain->rng) >= survive)
-        return;
+    if (total <= 0 || rng_float(chain->rng) >= survive) return;
     int pick = rng_float(chain->rng) * total < weights[0] ? 0 : brdf->lobe_count - 1;
     float v[2] = {rng_float(chain->rng), rng_float(chain->rng)}, pdf;
     float3 wi;
     rgb weight = lobe_sample(&brdf->lobes[pick], point->n, point->wo, v, &wi, &pdf);
-    if (is_black(weight) || dot(wi, point->ng) <= 0)
-        return;
+    if (is_black(weight) || dot(wi, point->ng) <= 0) return;
     follow(chain, (struct ray){point->origin, wi}, point->n, pdf,
            scale(mul(throughput, weight), total / (weights[pick] * survive)), depth + 1, before);
 }
 
-/* `pdf` 0: lamps count 0. n: the normal where the ray starts. before: the length of the chain so far; at depth 1 the place of what is
- * mirrored is settled. */
+/* `pdf` 0: lamps count 0. n: the normal where the ray starts. before: the length of the chain so far; at depth 1 the
+ * place of what is mirrored is settled. */
 static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb throughput, int depth, float before)
 {
     const struct model *model = chain->model;
     struct hit hit;
-    if (depth >= MAX_DEPTH)
-        return;
+    if (depth >= MAX_DEPTH) return;
     bool found = trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit), own = depth == 0;
     float length_ = found ? hit.t : INFINITY;
-    if (depth <= 1)
-        before += length_;
+    if (depth <= 1) before += length_;
     rgb lamps = {0};
-    if (pdf > 0)
-        lamps = lights_radiance_lamps(model->lights, ray.origin, n, ray.dir, length_, pdf);
+    if (pdf > 0) lamps = lights_radiance_lamps(model->lights, ray.origin, n, ray.dir, length_, pdf);
     if (!found) {
-        if (own)
-            chain->out->distance = INFINITY;
+        if (own) chain->out->distance = INFINITY;
         if (pdf > 0) {
             float strong_pdf;
             rgb strong = lights_strong(model->lights, ray.origin, n, ray.dir, &strong_pdf);

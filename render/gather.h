@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Radiance along rays that end at the diffuse cache.
  *
- * At a ray's hit: direct light of one lamp sample; bounced light of the diffuse part from the diffuse cache; the specular part continued as
- * a ray. Where the cache has no record, or its zones are wider than the ray is long (the record's own neighbourhood,
- * where an interpolated value would show), one more diffuse bounce is traced instead. SCENES.md's table of who counts which light in
- * short: a gather ray that hits a lamp counts 0, for its sender samples lamps itself; a specular ray counts it with its MIS weight.
+ * At a ray's hit: direct light of one lamp sample; bounced light of the diffuse part from the diffuse cache; the
+ * specular part continued as a ray. Where the cache has no record, or its zones are wider than the ray is long (the
+ * record's own neighbourhood, where an interpolated value would show), one more diffuse bounce is traced instead.
+ * SCENES.md's table of who counts which light in short: a gather ray that hits a lamp counts 0, for its sender samples
+ * lamps itself; a specular ray counts it with its MIS weight.
  */
 #ifndef RENDER_GATHER_H
 #define RENDER_GATHER_H
@@ -26,13 +27,13 @@ struct gathered {
 struct gathered gather(const struct model *model, const struct diffuse_cache *cache, struct ray ray, struct rng *rng,
                        struct gather_terms *terms);
 
-/* The same for a ray that was sampled by a lobe at (ray.origin, n) with `pdf`: lamps that it meets count with their MIS weight against
- * lights_sample, those at its end in *lamps. */
+/* The same for a ray that was sampled by a lobe at (ray.origin, n) with `pdf`: lamps that it meets count with their MIS
+ * weight against lights_sample, those at its end in *lamps. */
 struct gathered gather_specular(const struct model *model, const struct diffuse_cache *cache, struct ray ray, float3 n,
                                 float pdf, struct rng *rng, rgb *lamps);
 
-/* Light of one lamp sample (u: three numbers in [0, 1)) at a point: its diffuse part in full, its lobes with the MIS weight
- * against sampling each lobe. False where none arrives. */
+/* Light of one lamp sample (u: three numbers in [0, 1)) at a point: its diffuse part in full, its lobes with the MIS
+ * weight against sampling each lobe. False where none arrives. */
 bool gather_direct(const struct model *model, const struct point *point, const float u[static 3], rgb *diffuse,
                    rgb *specular, float *distance);
 

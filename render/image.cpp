@@ -64,15 +64,9 @@ int image_channel(const struct image *image, const char *name)
 }
 
 // IEC 61966-2-1
-float image_srgb_encode(float x)
-{
-    return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
-}
+float image_srgb_encode(float x) { return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f; }
 
-float image_srgb_decode(float x)
-{
-    return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f);
-}
+float image_srgb_decode(float x) { return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f); }
 
 static bool read_pixels(const char *path, struct image *image, char *error)
 {

@@ -15,8 +15,8 @@ extern "C" {
 #define IMAGE_MESSAGE char error[static IMAGE_ERROR]
 #endif
 
-#define IMAGE_ERROR 1024  /* bytes of an error sentence */
-#define IMAGE_CHANNEL 64  /* bytes of a channel's name, its end included */
+#define IMAGE_ERROR 1024 /* bytes of an error sentence */
+#define IMAGE_CHANNEL 64 /* bytes of a channel's name, its end included */
 
 /* Interleaved floats, row 0 at the top. Owned by whoever holds the struct; freed by image_free. */
 struct image {
@@ -26,7 +26,9 @@ struct image {
 };
 
 /* What to write into the header: name and text. */
-struct image_attribute { const char *name, *value; };
+struct image_attribute {
+    const char *name, *value;
+};
 
 /* Reads any format OpenImageIO knows; 8- and 16-bit values become 0 … 1, alpha stays unassociated. srgb: decode the
  * colour channels (the first three, or the one of a grey picture) to linear. False and a sentence naming the file on

@@ -126,9 +126,8 @@ static int command_render(struct options *options)
     if (!prepare_output(options->output, error)) return fail(EXIT_OUTPUT, error);
     if (!scene_read(options->scene, &scene, error)) return fail(EXIT_INPUT, error);
     int code = make_picture(&scene, options, &progress, &stats, &image, error);
-    if (code == EXIT_DONE &&
-        (!write_picture(options, &image, stats.spp, error) ||
-         (options->stats && !stats_write(&stats, options, &progress, error))))
+    if (code == EXIT_DONE && (!write_picture(options, &image, stats.spp, error) ||
+                              (options->stats && !stats_write(&stats, options, &progress, error))))
         code = EXIT_OUTPUT;
     image_free(&image);
     scene_free(&scene);

@@ -97,8 +97,8 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
 }
 
 static const struct argp_option compare_arguments[] = {
-    {"image2", KEY_IMAGE2, "FILE", 0,
-     "an independent second half of the picture: takes its noise out of the errors", 0},
+    {"image2", KEY_IMAGE2, "FILE", 0, "an independent second half of the picture: takes its noise out of the errors",
+     0},
     {"reference2", KEY_REFERENCE2, "FILE", 0, "the same for the reference", 0},
     {"layer", KEY_LAYER, "NAME", 0, "Combined, Direct, Indirect … (Combined)", 0},
     {"difference", 'd', "OUT.png", 0, "write a false-colour picture of the errors", 0},
@@ -128,13 +128,21 @@ static error_t parse_compare(int key, char *text, struct argp_state *state)
     }
 }
 
-static const struct argp render_command = {
-    render_arguments, parse_render, "SCENE_DIR -o OUT.exr",
-    "Renders the scene in a folder (import/FORMAT.md).", NULL, NULL, NULL};
+static const struct argp render_command = {render_arguments,
+                                           parse_render,
+                                           "SCENE_DIR -o OUT.exr",
+                                           "Renders the scene in a folder (import/FORMAT.md).",
+                                           NULL,
+                                           NULL,
+                                           NULL};
 static const struct argp compare_command = {
-    compare_arguments, parse_compare, "IMAGE REFERENCE",
+    compare_arguments,
+    parse_compare,
+    "IMAGE REFERENCE",
     "Prints the errors of a picture against a reference (render/compare.h), without directly seen emitters and with.",
-    NULL, NULL, NULL};
+    NULL,
+    NULL,
+    NULL};
 
 /* The first word chooses the command; all after it is that command's. */
 static error_t parse_command(int key, char *text, struct argp_state *state)

@@ -14,8 +14,7 @@ bool primary(const struct model *model, float x, float y, struct pixel *pixel, s
     }
     shade_point(model, ray, &hit, point);
     pixel->albedo = add(pixel->albedo, point->brdf.kd);
-    for (int i = 0; i < point->brdf.lobe_count; i++)
-        pixel->albedo = add(pixel->albedo, point->brdf.lobes[i].weight);
+    for (int i = 0; i < point->brdf.lobe_count; i++) pixel->albedo = add(pixel->albedo, point->brdf.lobes[i].weight);
     pixel->normal = add(pixel->normal, point->n);
     pixel->depth += hit.t;
     pixel->hits += 1;

@@ -6,8 +6,8 @@
 #include "render/film.h"
 #include "render/shade.h"
 
-/* The ray through (x, y), in pixels from the picture's top left corner. Adds a sample with its emission, albedo, normal and depth. False where
- * it sees the background, whose light is then emission. */
+/* The ray through (x, y), in pixels from the picture's top left corner. Adds a sample with its emission, albedo, normal
+ * and depth. False where it sees the background, whose light is then emission. */
 bool primary(const struct model *model, float x, float y, struct pixel *pixel, struct point *point);
 
 #endif

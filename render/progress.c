@@ -6,8 +6,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#define INTERVAL 0.1      /* s between two prints */
-#define CLEAR "\r\033[K"  /* to the line's start and erase it */
+#define INTERVAL 0.1     /* s between two prints */
+#define CLEAR "\r\033[K" /* to the line's start and erase it */
 
 double progress_wall(void)
 {

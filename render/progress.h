@@ -8,7 +8,11 @@
 
 #define PROGRESS_STAGES 16 /* later ones are shown, not kept */
 
-struct stage { const char *name; double wall_s, cpu_s; uint64_t rays; };
+struct stage {
+    const char *name;
+    double wall_s, cpu_s;
+    uint64_t rays;
+};
 
 /* One run's stages. Zero-initialise; set `quiet` to print nothing. Writes to stderr: on a terminal one line that is
  * written over and over, elsewhere one line at the end of each stage. One thread at a time. */

@@ -17,8 +17,7 @@ static void path_pixel(const struct model *model, int spp, uint64_t seed, int x,
         struct rng rng = rng_seed(seed ^ (uint64_t)SEED_PATH << 32, index, (uint64_t)i);
         float u = rng_float(&rng), v = rng_float(&rng);
         struct point point;
-        if (!primary(model, (float)x + u, (float)y + v, pixel, &point))
-            continue;
+        if (!primary(model, (float)x + u, (float)y + v, pixel, &point)) continue;
         struct radiance radiance = path_radiance(model, &point, &rng);
         pixel->direct = add(pixel->direct, radiance.direct);
         pixel->indirect = add(pixel->indirect, radiance.indirect);
@@ -34,16 +33,13 @@ static void render_pixels(const struct model *model, const struct cached *cached
     for (int y = 0; y < film->height; y++) {
         for (int x = 0; x < film->width; x++) {
             struct pixel *pixel = &film->pixels[y * film->width + x];
-            if (cached)
-                cached_pixel(cached, x, y, pixel);
-            else
-                path_pixel(model, spp, seed, x, y, pixel);
+            if (cached) cached_pixel(cached, x, y, pixel);
+            else path_pixel(model, spp, seed, x, y, pixel);
         }
         int so_far;
 #pragma omp atomic capture
         so_far = ++finished;
-        if (omp_get_thread_num() == 0)
-            progress_show(progress, (double)so_far / film->height);
+        if (omp_get_thread_num() == 0) progress_show(progress, (double)so_far / film->height);
     }
 }
 
@@ -68,8 +64,7 @@ bool render(const struct model *model, const struct render_options *options, str
     struct fill fill = {0};
     struct cached cached = {0};
     *stats = (struct render_stats){0};
-    if (with_cache && !fill_build(model, eas, options->seed, progress, &fill, error))
-        return false;
+    if (with_cache && !fill_build(model, eas, options->seed, progress, &fill, error)) return false;
     if (!film_alloc(film, model->scene->camera.width, model->scene->camera.height, with_cache) ||
         (with_cache && !cached_prepare(model, &fill, eas, spp, options->seed, &cached))) {
         snprintf(error, SCENE_ERROR, "picture: out of memory");

@@ -6,7 +6,9 @@
 
 #include <stdint.h>
 
-struct rng { uint64_t state, increment; };
+struct rng {
+    uint64_t state, increment;
+};
 
 static inline uint64_t rng_mix(uint64_t x)
 {

@@ -20,7 +20,8 @@ struct point {
 };
 
 /* The point where `ray` hit. As Cycles: on a glossy surface a smooth normal whose mirror direction would go into the
- * surface is pulled toward ng until it does not (there Cycles leaves the diffuse part its own normal; here it shares). */
+ * surface is pulled toward ng until it does not (there Cycles leaves the diffuse part its own normal; here it shares).
+ */
 void shade_point(const struct model *model, struct ray ray, const struct hit *hit, struct point *point);
 
 /* Direct light from lamps at a point by one lights_sample with its shadow ray, weighed against BRDF sampling where mis
