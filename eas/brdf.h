@@ -38,7 +38,7 @@ struct principled {
     float metallic, roughness, ior, specular_level;
 };
 
-/* Modified Phong, METHOD: f = kd/pi + ks (n+2)/2pi cos^n alpha. */
+/* Modified Phong (Lafortune and Willems 1994): f = kd/pi + ks (n+2)/2pi cos^n alpha. */
 struct brdf brdf_phong(rgb kd, rgb ks, float exponent);
 
 /* Cycles 4.5's Principled BSDF for a viewer at cos_o = n.wo (> 0): the dielectric lobe's directional albedo takes from

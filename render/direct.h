@@ -4,7 +4,7 @@
  * The points of a pixel that are alike share one unshadowed integral over fixed cells of the lamps; what each point
  * adds is a shadow ray, and the share of the light that came through scales the integral, channel by channel. A pixel
  * in plain light has no noise then, and highlights don't sparkle, for a lobe is averaged over each cell's solid angle
- * (METHOD: "analytic or stratified through F~"). Lobes too narrow for the cells are sampled with MIS instead.
+ * (the mean BRDF, eas/mean_brdf.h). Lobes too narrow for the cells are sampled with MIS instead.
  */
 #ifndef RENDER_DIRECT_H
 #define RENDER_DIRECT_H

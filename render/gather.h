@@ -4,8 +4,8 @@
  * At a ray's hit: direct light of one lamp sample; bounced light of the diffuse part from the diffuse cache; the
  * specular part continued as a ray. Where the cache has no record, or its zones are wider than the ray is long (the
  * record's own neighbourhood, where an interpolated value would show), one more diffuse bounce is traced instead.
- * SCENES.md's table of who counts which light in short: a gather ray that hits a lamp counts 0, for its sender samples
- * lamps itself; a specular ray counts it with its MIS weight.
+ * No light is counted twice and none is lost (eas/README.md has the table): a gather ray that hits a lamp counts 0, for
+ * its sender samples lamps itself; a specular ray counts it with its MIS weight.
  */
 #ifndef RENDER_GATHER_H
 #define RENDER_GATHER_H
