@@ -6,7 +6,7 @@
 /* Runs of cells over the lamps (and their triangles), a square grid of places each. Four neighbouring runs are shifted
  * against each other so that they interleave to a grid twice as fine: midpoints of equal cells, which integrate a
  * smooth lobe far better than scattered points. */
-enum { RUNS = 8, SIDE = 6, COARSE_SIDE = 3 /* where only the diffuse part asks */ };
+enum { RUNS = 8, SIDE = 6, CELLS = RUNS * SIDE * SIDE };
 
 /* An environment alone has the same cells everywhere: a grid over its importance, each the mean of a finer grid. */
 enum { SKY_SIDE = 24, SKY_PARTS = 12 };
@@ -28,15 +28,15 @@ static struct direct_cell cell_of(const struct light_sample *light, int count)
     return (struct direct_cell){light->wi, 1, omega, scale(light->weight, 1 / (float)count)};
 }
 
-/* Cell i of RUNS * side * side. */
-static bool lamp_cell(const struct lights *lights, float3 p, float3 n, int i, int side, struct direct_cell *cell)
+/* Cell i of CELLS. */
+static bool lamp_cell(const struct lights *lights, float3 p, float3 n, int i, struct direct_cell *cell)
 {
-    int run = i / (side * side), row = i / side % side, column = i % side, count = RUNS * side * side;
-    float u[3] = {((float)i + .5f) / (float)count, ((float)row + (run & 1 ? .75f : .25f)) / (float)side,
-                  ((float)column + (run & 2 ? .75f : .25f)) / (float)side};
+    int run = i / (SIDE * SIDE), row = i / SIDE % SIDE, column = i % SIDE;
+    float u[3] = {((float)i + .5f) / (float)CELLS, ((float)row + (run & 1 ? .75f : .25f)) / (float)SIDE,
+                  ((float)column + (run & 2 ? .75f : .25f)) / (float)SIDE};
     struct light_sample light;
     if (!lights_sample(lights, p, n, u, &light)) return false;
-    *cell = cell_of(&light, count);
+    *cell = cell_of(&light, CELLS);
     return true;
 }
 
@@ -100,31 +100,33 @@ rgb direct_sample(const struct direct *direct, const struct point *point, const 
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
-    rgb parts[DIRECT_PARTS] = {{0}}, unresolved = {0};
-    if (!lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return unresolved;
+    rgb averaged[DIRECT_PARTS] = {{0}}, sampled = {0};
+    if (!lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sampled;
     float cosine = maxf(dot(light.wi, point->n), 0);
-    parts[DIRECT_DIFFUSE] = scale(mul(light.weight, brdf->kd), cosine);
-    if (brdf->lobe_count > 0 && direct_resolves(brdf)) {
+    rgb diffuse = scale(mul(light.weight, brdf->kd), cosine / PI);
+    if (direct->sky) averaged[DIRECT_DIFFUSE] = diffuse;
+    else sampled = diffuse;
+    if (direct_resolves(brdf)) {
         struct mean_lobe lobes[2];
         prepare_lobes(direct, point, lobes);
         struct direct_cell cell = cell_of(&light, direct->shadow_rays);
-        parts[DIRECT_LOBES] = mul(light.weight, lobes_over(brdf, lobes, &cell));
+        averaged[DIRECT_LOBES] = mul(light.weight, lobes_over(brdf, lobes, &cell));
     } else {
         for (int i = 0; i < brdf->lobe_count; i++) {
             const struct lobe *lobe = &brdf->lobes[i];
             float mis = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
-            unresolved =
-                mad(unresolved, mul(light.weight, lobe_eval(lobe, point->n, point->wo, light.wi)), cosine * mis);
+            rgb f = lobe_eval(lobe, point->n, point->wo, light.wi);
+            sampled = mad(sampled, mul(light.weight, f), cosine * mis);
         }
     }
-    if (is_black(parts[DIRECT_DIFFUSE]) && is_black(parts[DIRECT_LOBES]) && is_black(unresolved)) return unresolved;
+    if (is_black(averaged[DIRECT_DIFFUSE]) && is_black(averaged[DIRECT_LOBES]) && is_black(sampled)) return sampled;
     bool lit = cosine > 0 && dot(light.wi, point->ng) > 0 &&
                !trace_occluded(direct->model->trace, point->origin, light.wi, light.distance);
     for (int k = 0; k < DIRECT_PARTS; k++) {
-        share->asked[k] = add(share->asked[k], parts[k]);
-        if (lit) share->lit[k] = add(share->lit[k], parts[k]);
+        share->asked[k] = add(share->asked[k], averaged[k]);
+        if (lit) share->lit[k] = add(share->lit[k], averaged[k]);
     }
-    return lit ? unresolved : vec3(0, 0, 0);
+    return lit ? sampled : vec3(0, 0, 0);
 }
 
 static rgb ratio(rgb a, rgb b)
@@ -139,11 +141,11 @@ rgb direct_light(const struct direct *direct, const struct point *point, const s
     struct mean_lobe lobes[2];
     rgb e = {0}, specular = {0};
     prepare_lobes(direct, point, lobes);
-    int side = lobes_lit ? SIDE : COARSE_SIDE, count = direct->sky ? SKY_SIDE * SKY_SIDE : RUNS * side * side;
+    int count = direct->sky ? SKY_SIDE * SKY_SIDE : CELLS;
     for (int i = 0; i < count; i++) {
         struct direct_cell cell;
         if (direct->sky) cell = direct->sky[i];
-        else if (!lamp_cell(direct->model->lights, point->origin, point->n, i, side, &cell)) continue;
+        else if (!lamp_cell(direct->model->lights, point->origin, point->n, i, &cell)) continue;
         e = mad(e, cell.weight, cell.spread * maxf(dot(cell.wi, point->n), 0));
         if (lobes_lit) specular = add(specular, mul(cell.weight, lobes_over(&point->brdf, lobes, &cell)));
     }

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Lamps at the points that a pixel sees, with as little noise as the shadows allow.
  *
- * The points of a pixel that are alike share one unshadowed integral over fixed cells of the lamps; what each point
- * adds is a shadow ray, and the share of the light that came through scales the integral, channel by channel. A pixel
- * in plain light has no noise then, and highlights don't sparkle, for a lobe is averaged over each cell's solid angle
- * (the mean BRDF, eas/mean_brdf.h). Lobes too narrow for the cells are sampled with MIS instead.
+ * The points of a pixel that are alike share one unshadowed integral of their lobes over fixed cells of the lamps; what
+ * each point adds is a shadow ray, and the share of the light that came through scales the integral, channel by
+ * channel. Highlights in plain light have no noise then, for a lobe is averaged over each cell's solid angle (the mean
+ * BRDF, eas/mean_brdf.h). The diffuse part is treated so under an environment alone, whose cells are exact, and sampled
+ * under other lamps. Lobes too narrow for the cells are sampled with MIS.
  */
 #ifndef RENDER_DIRECT_H
 #define RENDER_DIRECT_H
@@ -44,8 +45,8 @@ void direct_free(struct direct *direct);
  * 300. */
 bool direct_resolves(const struct brdf *brdf);
 
-/* One lamp sample (u: three numbers in [0, 1)) with its shadow ray, noted in `share`. Returns the radiance by the lobes
- * if they are not resolved, with the MIS weight against sampling each. */
+/* One lamp sample (u: three numbers in [0, 1)) with its shadow ray, noted in `share`. Returns the radiance by the parts
+ * that direct_light doesn't average, lobes with the MIS weight against sampling each. */
 rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3],
                   struct direct_share *share);
 
