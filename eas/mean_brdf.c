@@ -3,70 +3,83 @@
 
 #include <stdlib.h>
 
-enum { EXPONENTS = 15, CAPS = 64, OFFSETS = 64, RINGS = 96 };
+#include "eas/ggx.h"
 
-/* A lobe reaches this many sigmas: exp(-4.5^2/2) = 4e-5 of its peak. */
-#define REACH 4.5f
-/* Cap radii are tabulated over s/(CAP_KNEE + s), s in sigmas. */
-#define CAP_KNEE 2.0f
+typedef float float4 __attribute__((vector_size(16)));
 
-/* [exponent 2^i][cap][offset][A, B], both as means over the cap. */
-struct mean_brdf { float table[EXPONENTS][CAPS][OFFSETS][2]; };
+enum { SPANS = 8, CAPS = 56, OFFSETS = 48, RINGS = 24 };
 
-static float sigma(float exponent) { return 1 / sqrtf(exponent + 1); }
+/* A lobe reaches this many sigmas: exp(-4^2/2) = 3e-4 of its peak. */
+#define REACH 4.0f
+/* Cap radii u are tabulated over u/(CAP_KNEE + u). */
+#define CAP_KNEE 1.2f
+/* Below the horizon the cosine of f cos is negative. The part of a cap there is let be where the cap's centre is higher
+ * than sqrt(CLEAR) of its radius; and where R is higher than HIGH sigmas if the centre is higher than sqrt(CLEAR_HIGH)
+ * of it. */
+#define CLEAR .64f
+#define HIGH 2.5f
+#define CLEAR_HIGH .04f
 
-/* The part of delta that the table covers for a cap: from where the lobe is wholly inside to where it is wholly outside. */
-static void offset_range(float theta, float width, float *first, float *span)
+/* Modified Phong over a cap, mirror direction R, normal N:
+ *     integral of f cos = (n+2)/2pi N . integral of cos^n(alpha) w dw = u^2/(CAP_KNEE + u)^2 (P N.R + Q N.axis).
+ * P and Q, of order 1, depend on three numbers. Lengths are chords (no arc functions), in sigmas; sigma^2 = 1/(n+1).
+ *     sigma^2: linear between the ends of SPANS spans; both ends of a span are in one texel, as P Q P Q;
+ *     u: the cap's radius;
+ *     v: the axis from R, from where the cap holds all of the lobe to where it holds none. */
+struct mean_brdf {
+    float4 table[SPANS][CAPS][OFFSETS];
+};
+
+static inline float variance(float exponent) { return 1 / (exponent + 1); }
+static inline float span_end(int i) { return sqr((float)i / SPANS); }
+
+/* max(x, 0) without the branch that compilers make of it: it would be mispredicted. */
+static inline float positive(float x) { return .5f * (x + fabsf(x)); }
+/* Where the offsets of a cap begin; they end at u + REACH. */
+static inline float first_offset(float u) { return positive(u - REACH); }
+
+/* The integral of cos^n(alpha) w over a cap of half-angle theta at delta from R, as p R + q axis: from rings alpha
+ * about R, of which the cap holds the azimuths |phi| < phi(alpha). Midpoints in a variable that flattens the
+ * square-root ends of phi(alpha). */
+static void integrate_cap(double exponent, double theta, double delta, double *p, double *q)
 {
-    *first = maxf(0, theta - REACH * width);
-    *span = theta + REACH * width - *first;
+    double first = fabs(delta - theta), last = fmin(fmin(delta + theta, PI / 2), first + 4.8 / sqrt(exponent + 1));
+    double along = 0, across = 0; /* along R; at right angles to it, to the axis */
+    if (delta < theta) along = 2 * PI / (exponent + 2) * (1 - pow(cos(fmin(first, PI / 2)), exponent + 2));
+    for (int i = 0; i < RINGS && first < last; i++) {
+        double s = PI * (i + .5) / RINGS, alpha = first + (last - first) * .5 * (1 - cos(s));
+        double c = cos(alpha), sine = sin(alpha), cos_phi = (cos(theta) - c * cos(delta)) / (sine * sin(delta));
+        double weight = (last - first) * .5 * PI / RINGS * sin(s) * pow(c, exponent) * sine;
+        cos_phi = fmax(-1, fmin(1, cos_phi));
+        along += 2 * acos(cos_phi) * c * weight;
+        across += 2 * sqrt(1 - cos_phi * cos_phi) * sine * weight;
+    }
+    *q = across / sin(delta);
+    *p = fmax(along - cos(delta) * *q, 0);
 }
 
-/* A and B of METHOD's reduction for modified Phong over a cap of half-angle theta at delta from the mirror direction R:
- *     integral of f cos = (n+2)/2pi [ (N.R) A + (N.e) B ],  e the unit part of the cap's axis orthogonal to R.
- * The rings t about R lie inside the cap over |phi| < phi(t). Midpoint rule in a variable that flattens the square-root
- * ends of phi(t). */
-static void phong_reduction(double exponent, double theta, double delta, double *A, double *B)
+static void fill_span_end(struct mean_brdf *tables, int i)
 {
-    double first = fabs(delta - theta), last = fmin(delta + theta, PI / 2);
-    last = fmin(last, fmax(first, 6.5 / sqrt(exponent + 1)));
-    *A = *B = 0;
-    if (delta < theta) {
-        first = fmin(first, PI / 2);
-        *A = 2 * PI * (1 - pow(cos(first), exponent + 2)) / (exponent + 2);
-    }
-    if (last <= first)
-        return;
-    for (int i = 0; i < RINGS; i++) {
-        double s = (i + .5) / RINGS, t = first + (last - first) * .5 * (1 - cos(PI * s));
-        double dt = (last - first) * .5 * PI * sin(PI * s) / RINGS;
-        double cos_phi = (cos(theta) - cos(t) * cos(delta)) / fmax(sin(t) * sin(delta), 1e-12);
-        double phi = acos(fmax(-1, fmin(1, cos_phi))), lobe = pow(fmax(cos(t), 0), exponent);
-        *A += 2 * phi * lobe * cos(t) * sin(t) * dt;
-        *B += 2 * sin(phi) * lobe * sin(t) * sin(t) * dt;
+    double width = sqrt(fmax(span_end(i), 1e-8)), exponent = 1 / (width * width) - 1;
+    for (int j = 0; j < CAPS; j++) {
+        double y = fmin((double)j / (CAPS - 1), .99), u = fmax(fmin(CAP_KNEE * y / (1 - y), sqrt(2) / width), 1e-3);
+        double peak = (exponent + 2) / (2 * PI * u * u) * (CAP_KNEE + u) * (CAP_KNEE + u);
+        for (int k = 0; k < OFFSETS; k++) {
+            double first = first_offset((float)u), v = first + (REACH + u - first) * k / (OFFSETS - 1), p, q;
+            integrate_cap(exponent, 2 * asin(u * width / 2), 2 * asin(fmin(fmax(v, 1e-3) * width / 2, 1)), &p, &q);
+            for (int end = 0; end < 2; end++)
+                if (i - end >= 0 && i - end < SPANS) {
+                    tables->table[i - end][j][k][2 * end] = (float)(p * peak);
+                    tables->table[i - end][j][k][2 * end + 1] = (float)(q * peak);
+                }
+        }
     }
 }
 
 struct mean_brdf *mean_brdf_build(void)
 {
     struct mean_brdf *tables = malloc(sizeof *tables);
-    if (!tables)
-        return NULL;
-    for (int i = 0; i < EXPONENTS; i++) {
-        float exponent = ldexpf(1, i), width = sigma(exponent);
-        for (int j = 0; j < CAPS; j++) {
-            float c = (float)j / CAPS; /* < 1: s finite */
-            float theta = maxf(minf(width * CAP_KNEE * c / (1 - c), PI / 2), 1e-3f * width), first, span;
-            offset_range(theta, width, &first, &span);
-            double omega = 4 * PI * sqr(sinf(theta / 2));
-            for (int k = 0; k < OFFSETS; k++) {
-                double A, B;
-                phong_reduction(exponent, theta, first + span * (double)k / (OFFSETS - 1), &A, &B);
-                tables->table[i][j][k][0] = (float)(A / omega);
-                tables->table[i][j][k][1] = (float)(B / omega);
-            }
-        }
-    }
+    for (int i = 0; tables && i <= SPANS; i++) fill_span_end(tables, i);
     return tables;
 }
 
@@ -74,30 +87,21 @@ void mean_brdf_free(struct mean_brdf *tables) { free(tables); }
 
 struct mean_lobe mean_lobe(const struct mean_brdf *tables, const struct lobe *lobe, float3 n, float3 wo)
 {
-    struct mean_lobe m = {.lobe = lobe, .n = n, .wo = wo, .mirror = reflect(wo, n)};
-    if (lobe->type == LOBE_PHONG) {
-        float level = clampf(log2f(maxf(lobe->exponent, 1)), 0, EXPONENTS - 1.001f);
-        int i = (int)level;
-        m.width = sigma(lobe->exponent);
-        m.slice0 = &tables->table[i][0][0][0];
-        m.slice1 = &tables->table[i + 1][0][0][0];
-        m.blend = level - (float)i;
-        m.peak = (lobe->exponent + 2) / (2 * PI);
-        m.reach = REACH * m.width;
-    } else {
+    struct mean_lobe m = {.lobe = lobe, .n = n, .wo = wo, .mirror = reflect(wo, n), .n_dot_mirror = dot(n, wo)};
+    if (lobe->type != LOBE_PHONG) {
         m.width = lobe_width(lobe);
         m.reach = PI; /* GGX has long tails */
+        return m;
     }
-    m.n_dot_mirror = dot(n, m.mirror);
+    float sigma2 = minf(variance(lobe->exponent), .999f);
+    int i = (int)(sqrtf(sigma2) * SPANS);
+    m.texels = tables->table[i];
+    m.blend = (sigma2 - span_end(i)) / (span_end(i + 1) - span_end(i));
+    m.width = sqrtf(sigma2);
+    m.per_width = 1 / m.width;
+    m.reach = REACH * m.width;
+    m.clear = m.n_dot_mirror <= 0 ? INFINITY : m.n_dot_mirror < HIGH * m.width ? CLEAR : CLEAR_HIGH;
     return m;
-}
-
-/* Abramowitz and Stegun 4.4.45: absolute error below 7e-5. */
-static float fast_acos(float x)
-{
-    float a = fabsf(x);
-    float y = sqrtf(maxf(1 - a, 0)) * (1.5707288f + a * (-.2121144f + a * (.0742610f - .0187293f * a)));
-    return x < 0 ? PI - y : y;
 }
 
 /* Half-angle of a cap of solid angle omega, at most 90 degrees: 2 asin(s) by its series, 1e-3 off at the most. */
@@ -107,102 +111,133 @@ static float cap_angle(float omega)
     return 2 * sqrtf(s2) * (1 + s2 * (1 / 6.0f + s2 * (3 / 40.0f + s2 * (15 / 336.0f + s2 * .0304f))));
 }
 
-static rgb phong_cap(const struct mean_lobe *m, struct cap cap)
+/* The part of a cap above the horizon, by Gauss and Legendre's eight points over rows of equal elevation. Along a row
+ * cos^n(alpha) is nearly a Gaussian of azimuth, whose integral is an error function. For few caps: 300 ns each. */
+static rgb phong_clipped(const struct mean_lobe *m, float axis_up, float cos_delta, float omega)
 {
-    float cos_delta = dot(cap.axis, m->mirror), delta = fast_acos(cos_delta);
-    float theta = cap_angle(cap.omega), first, span;
-    if (delta > theta + m->reach)
-        return vec3(0, 0, 0);
-    offset_range(theta, m->width, &first, &span);
-    float s = theta / m->width, y = minf(s / (CAP_KNEE + s) * CAPS, CAPS - 1.001f);
-    float x = clampf((delta - first) / span, 0, .9999f) * (OFFSETS - 1);
-    int j = (int)y, k = (int)x;
-    float fy = y - (float)j, fx = x - (float)k, ab[2];
-    const float *p = m->slice0 + (j * OFFSETS + k) * 2, *q = m->slice1 + (j * OFFSETS + k) * 2;
-    for (int c = 0; c < 2; c++) {
-        float p0 = p[c] + fx * (p[c + 2] - p[c]), p1 = p[c + 2 * OFFSETS] + fx * (p[c + 2 * OFFSETS + 2] - p[c + 2 * OFFSETS]);
-        float q0 = q[c] + fx * (q[c + 2] - q[c]), q1 = q[c + 2 * OFFSETS] + fx * (q[c + 2 * OFFSETS + 2] - q[c + 2 * OFFSETS]);
-        float a = p0 + fy * (p1 - p0), b = q0 + fy * (q1 - q0);
-        ab[c] = a + m->blend * (b - a);
+    static const float nodes[4][2] = {
+        {.1834346f, .3626838f}, {.5255324f, .3137066f}, {.7966665f, .2223810f}, {.9602899f, .1012285f}};
+    if (m->n_dot_mirror <= 0) return vec3(0, 0, 0);
+    axis_up = clampf(axis_up, -1, 1);
+    float mirror_up = minf(m->n_dot_mirror, 1), theta = cap_angle(omega), width = 3.3f * m->width;
+    float elevation = asinf(axis_up), mirror_elevation = asinf(mirror_up);
+    float low = maxf(maxf(elevation - theta, mirror_elevation - width), 0);
+    float high = minf(minf(elevation + theta, mirror_elevation + width), PI / 2);
+    if (low >= high) return vec3(0, 0, 0);
+    float axis_level = sqrtf(maxf(1 - axis_up * axis_up, 1e-6f)),
+          mirror_level = sqrtf(maxf(1 - mirror_up * mirror_up, 1e-6f));
+    float azimuth = acosf(clampf((cos_delta - axis_up * mirror_up) / (axis_level * mirror_level), -1, 1));
+    float exponent = m->lobe->exponent, cos_theta = cosf(theta), sum = 0;
+    for (int i = 0; i < 8; i++) {
+        float side = i & 1 ? .5f : -.5f, row = .5f * (low + high) + side * nodes[i / 2][0] * (high - low);
+        float up = sinf(row), level = cosf(row), nearest = maxf(cosf(row - mirror_elevation), 1e-4f);
+        float cos_half = (cos_theta - up * axis_up) / (level * axis_level);
+        if (cos_half >= 1) continue;
+        /* The half of n + 1/2 instead of n makes up for the Gaussian's tails, best at small n. */
+        float half = acosf(maxf(cos_half, -1)), k = sqrtf(.5f * (exponent + .5f) * level * mirror_level / nearest);
+        sum += nodes[i / 2][1] * up * level * powf(nearest, exponent) *
+               (erff(k * (azimuth + half)) - erff(k * (azimuth - half))) / k;
     }
-    float sin_delta = sqrtf(maxf(1 - cos_delta * cos_delta, 1e-12f));
-    float n_dot_e = (dot(cap.axis, m->n) - cos_delta * m->n_dot_mirror) / sin_delta;
-    float value = m->peak * cap.omega * (m->n_dot_mirror * ab[0] + n_dot_e * ab[1]);
-    return scale(m->lobe->weight, maxf(value, 0));
+    /* (n+2)/2pi, half the interval, and sqrt(pi)/2 of the error function */
+    return scale(m->lobe->weight, (exponent + 2) / (2 * PI) * .5f * (high - low) * .8862269f * sum);
 }
 
-/* GGX over the cap by one point or seven (a centre and a ring of six). Each point stands for a disc of radius r under a lobe of
- * alpha'^2 = alpha^2 + r^2/5: between r^2/8, which keeps the variance of a Gaussian, and r^2/4, which keeps the mean over a disc at GGX's peak. */
+static inline rgb phong_cap(const struct mean_lobe *m, struct cap cap)
+{
+    float cos_delta = dot(cap.axis, m->mirror), disc = cap.omega * (1 / PI); /* disc: squared chord of the radius */
+    float u = sqrtf(disc) * m->per_width, v = sqrtf(fabsf(2 - 2 * cos_delta)) * m->per_width;
+    if (v >= u + REACH) return vec3(0, 0, 0);
+    float up = dot(cap.axis, m->n);
+    if (up * fabsf(up) < m->clear * disc * (1 - .25f * disc)) /* against sin^2(theta) */
+        return phong_clipped(m, up, cos_delta, cap.omega);
+    float first = first_offset(u), size = u / (CAP_KNEE + u);
+    float y = size * (CAPS - 1), x = positive(v - first) / (u + REACH - first) * (OFFSETS - 1.001f);
+    int j = (int)y, k = (int)x;
+    float fy = y - (float)j, fx = x - (float)k;
+    const float4 *t = (const float4 *)m->texels + j * OFFSETS + k;
+    float4 a = t[0] + fx * (t[1] - t[0]), b = t[OFFSETS] + fx * (t[OFFSETS + 1] - t[OFFSETS]), pq = a + fy * (b - a);
+    float p = pq[0] + m->blend * (pq[2] - pq[0]), q = pq[1] + m->blend * (pq[3] - pq[1]);
+    return scale(m->lobe->weight, size * size * (p * m->n_dot_mirror + q * up));
+}
+
+/* Smith's Lambda, as in ggx.c. */
+static float smith(float alpha2, float c) { return .5f * (sqrtf(1 + alpha2 * maxf(1 / (c * c) - 1, 0)) - 1); }
+
+/* f cos of a GGX lobe averaged over a small disc of radius r (rad) about wi, the part of it above the horizon. GGX is
+ * the density of an ellipsoid's normals, D = 1/(pi sqrt(det A) (h A^-1 h)^2) with A = diag(alpha^2, alpha^2, 1); the
+ * half vectors of a disc fill an ellipse about h, long across at grazing incidence, whose covariance is added to A. At
+ * normal incidence alpha^2 grows by r^2/5: between r^2/8, which keeps a Gaussian's variance, and r^2/4, which keeps the
+ * mean at the peak. */
+static rgb ggx_disc(const struct mean_lobe *m, float3 wi, float r)
+{
+    float cos_i = dot(wi, m->n), cos_o = m->n_dot_mirror, share = 1, alpha2 = sqr(m->lobe->alpha);
+    if (cos_i <= -r || cos_o <= 0) return vec3(0, 0, 0);
+    if (cos_i < r) { /* the middle of the height above stands for it */
+        share = (cos_i + r) / (2 * r);
+        wi = normalize(mad(wi, m->n, .5f * (r - cos_i)));
+        cos_i = dot(wi, m->n);
+    }
+    /* In the frame of wi's azimuth, n its z: the half vector h, and how it changes as wi moves up and across. */
+    float3 level = mad(wi, m->n, -cos_i);
+    float sin_i = maxf(length(level), 1e-6f);
+    level = scale(level, 1 / sin_i);
+    float3 wo = {dot(m->wo, level), dot(m->wo, cross(m->n, level)), cos_o}, h = {sin_i + wo.x, wo.y, cos_i + cos_o};
+    float per_length = 1 / length(h), spread = .8f * sqr(r * per_length);
+    h = scale(h, per_length);
+    float3 up = {-cos_i, 0, sin_i}, across = {0, 1, 0};
+    up = mad(up, h, -dot(up, h));
+    across = mad(across, h, -h.y);
+    float xx = alpha2 + spread * (up.x * up.x + across.x * across.x), xy = spread * (up.x * up.y + across.x * across.y);
+    float yy = alpha2 + spread * (up.y * up.y + across.y * across.y), xz = spread * (up.x * up.z + across.x * across.z);
+    float zz = 1 + spread * (up.z * up.z + across.z * across.z), yz = spread * (up.y * up.z + across.y * across.z);
+    float3 row = {yy * zz - yz * yz, xz * yz - xy * zz,
+                  xy * yz - xz * yy}; /* of A's adjugate, and in `form` the rest */
+    float det = xx * row.x + xy * row.y + xz * row.z;
+    float form = h.x * (h.x * row.x + 2 * (h.y * row.y + h.z * row.z)) + h.y * h.y * (xx * zz - xz * xz) +
+                 h.z * h.z * (xx * yy - xy * xy) + 2 * h.y * h.z * (xy * xz - xx * yz);
+    float d = det * sqrtf(det) / (PI * form * form);
+    rgb fresnel = ggx_fresnel(m->lobe, dot(h, wo));
+    return scale(mul(m->lobe->weight, fresnel),
+                 share * d / (4 * cos_o * (1 + smith(alpha2, cos_i) + smith(alpha2, cos_o))));
+}
+
+/* GGX over the cap by one disc or seven: a centre and a ring of six (paper, 6.1). */
 static rgb ggx_cap(const struct mean_lobe *m, struct cap cap)
 {
     float theta = cap_angle(cap.omega);
-    struct lobe wide = *m->lobe;
-    bool small = theta < .3f * m->width;
-    float part = small ? theta : theta / sqrtf(7);
-    wide.alpha = minf(1, sqrtf(sqr(wide.alpha) + part * part / 5));
-    float cosine = dot(cap.axis, m->n);
-    rgb sum = cosine > 0 ? scale(lobe_eval(&wide, m->n, m->wo, cap.axis), cosine) : vec3(0, 0, 0);
-    if (small)
-        return scale(sum, cap.omega);
+    if (theta < .3f * m->width) return scale(ggx_disc(m, cap.axis, theta), cap.omega);
     struct frame frame = frame_about(cap.axis);
-    float ring = theta * .7559289f, sin_ring = sinf(ring), cos_ring = cosf(ring); /* centroid of the outer 6/7 */
+    /* A seventh of the cap, and the centroid of the outer 6/7. */
+    float part = theta * .3779645f, ring = theta * .7559289f, sin_ring = sinf(ring), cos_ring = cosf(ring);
+    rgb sum = ggx_disc(m, cap.axis, part);
     for (int i = 0; i < 6; i++) {
         float phi = (float)i * (PI / 3);
-        float3 wi = to_world(frame, vec3(sin_ring * cosf(phi), sin_ring * sinf(phi), cos_ring));
-        cosine = dot(wi, m->n);
-        if (cosine > 0)
-            sum = mad(sum, lobe_eval(&wide, m->n, m->wo, wi), cosine);
+        sum = add(sum, ggx_disc(m, to_world(frame, vec3(sin_ring * cosf(phi), sin_ring * sinf(phi), cos_ring)), part));
     }
     return scale(sum, cap.omega / 7);
 }
 
-/* The part of a cap above the horizon as a cap of its own: as high as that part, of its solid angle. */
-static bool clip_cap(float3 n, struct cap *cap)
-{
-    float sin_elevation = dot(cap->axis, n), sin2_theta = cap->omega / PI * (1 - cap->omega / (4 * PI));
-    if (sin_elevation > 0 && sqr(sin_elevation) >= sin2_theta)
-        return true;
-    float theta = asinf(sqrtf(minf(sin2_theta, 1))), elevation = asinf(clampf(sin_elevation, -1, 1));
-    if (cap->omega > 2 * PI)
-        theta = PI - theta;
-    if (elevation <= -theta)
-        return false;
-    /* The planar segment of a disc cut at -elevation/theta of its radius. */
-    float h = elevation / maxf(theta, 1e-6f), share = (acosf(-h) + h * sqrtf(maxf(1 - h * h, 0))) / PI;
-    float centre = .5f * (elevation + theta);
-    float3 level = sub(cap->axis, scale(n, sin_elevation));
-    if (dot(level, level) < 1e-12f)
-        return true;
-    cap->axis = mad(scale(normalize(level), cosf(centre)), n, sinf(centre));
-    cap->omega *= share;
-    return cap->omega > 0;
-}
-
 rgb mean_lobe_cap(const struct mean_lobe *m, struct cap cap)
 {
-    if (!clip_cap(m->n, &cap))
-        return vec3(0, 0, 0);
     return m->lobe->type == LOBE_PHONG ? phong_cap(m, cap) : ggx_cap(m, cap);
 }
 
 rgb mean_lobe_quadrature(const struct lobe *lobe, float3 n, float3 wo, struct cap cap, int rings, int sectors)
 {
     struct frame frame = frame_about(cap.axis);
-    double sum[3] = {0};
+    double theta = acos(1 - cap.omega / (2 * PI)), sum[3] = {0};
     for (int i = 0; i < rings; i++) {
-        double z = 1 - cap.omega / (2 * PI) * (i + .5) / rings, sine = sqrt(fmax(1 - z * z, 0));
+        double t = theta * (i + .5) / rings, sine = sin(t), cell = 4 * PI * sine * sin(theta * .5 / rings) / sectors;
         for (int j = 0; j < sectors; j++) {
             double phi = 2 * PI * (j + .5) / sectors;
-            float3 wi = to_world(frame, vec3((float)(sine * cos(phi)), (float)(sine * sin(phi)), (float)z));
+            float3 wi = to_world(frame, vec3((float)(sine * cos(phi)), (float)(sine * sin(phi)), (float)cos(t)));
             float cosine = dot(wi, n);
-            if (cosine <= 0)
-                continue;
+            if (cosine <= 0) continue;
             rgb f = lobe_eval(lobe, n, wo, wi);
-            sum[0] += f.x * cosine;
-            sum[1] += f.y * cosine;
-            sum[2] += f.z * cosine;
+            sum[0] += f.x * cosine * cell;
+            sum[1] += f.y * cosine * cell;
+            sum[2] += f.z * cosine * cell;
         }
     }
-    double cell = cap.omega / ((double)rings * sectors);
-    return vec3((float)(sum[0] * cell), (float)(sum[1] * cell), (float)(sum[2] * cell));
+    return vec3((float)sum[0], (float)sum[1], (float)sum[2]);
 }

@@ -3,12 +3,14 @@
  *
  *     reflected radiance of a cap of constant radiance L  =  L * integral over the cap of f cos(theta_i)
  *
- * The paper divides by the cap's own integral of the cosine and multiplies by irradiance E instead of L; that quotient is singular
- * for caps near the horizon, so radiance and solid angle are kept here and the quotient is never formed.
+ * The paper divides by the cap's own integral of the cosine and multiplies by irradiance E instead of L; that quotient
+ * is singular for caps near the horizon, so radiance and solid angle are kept here and the quotient is never formed.
  *
- * Modified Phong: the exact reduction of the integral to two one-dimensional ones, A and B, tabulated over (exponent, cap, distance from the mirror
- * direction) in coordinates scaled by the lobe's width, in which they hardly depend on the exponent. GGX: a few points of the
- * cap, each under a lobe widened by the part of the cap it stands for.
+ * Modified Phong: the integral as a vector, by two coefficients in tables over exponent, cap and distance from the
+ * mirror direction in the lobe's sigmas, in which they hardly depend on the exponent; caps across the horizon by a sum
+ * over rows. Errors, relative to the integral's largest value over viewers, for exponents of 5 to 1000 and caps up to
+ * 20 degrees: 2.5e-3, across the horizon 2e-2. GGX: one or seven discs of the cap, each under a lobe widened by the
+ * disc: good to 5 % where discs are narrower than the lobe, far less so at grazing angles.
  */
 #ifndef EAS_MEAN_BRDF_H
 #define EAS_MEAN_BRDF_H
@@ -16,7 +18,10 @@
 #include "eas/brdf.h"
 
 /* A spherical cap: unit axis, solid angle in sr (0 … 2 pi). */
-struct cap { float3 axis; float omega; };
+struct cap {
+    float3 axis;
+    float omega;
+};
 
 struct mean_brdf; /* the tables; read-only after building: any thread may use them */
 
@@ -29,9 +34,9 @@ struct mean_lobe {
     const struct lobe *lobe;
     float3 n, wo, mirror;
     float width, reach; /* the lobe's sigma, rad; 0 beyond cap radius + reach from the mirror direction */
-    float n_dot_mirror, peak;
-    const float *slice0, *slice1;
-    float blend;
+    float n_dot_mirror, per_width;
+    const void *texels; /* PHONG: the span of the tables that holds its exponent, and how far on in it */
+    float blend, clear; /* clear: how far above the horizon a cap is used whole, mean_brdf.c */
 };
 
 struct mean_lobe mean_lobe(const struct mean_brdf *tables, const struct lobe *lobe, float3 n, float3 wo);
@@ -39,8 +44,8 @@ struct mean_lobe mean_lobe(const struct mean_brdf *tables, const struct lobe *lo
 /* The integral over the cap of f cos(theta_i), above n's horizon; the lobe's weight included. */
 rgb mean_lobe_cap(const struct mean_lobe *lobe, struct cap cap);
 
-/* The same by quadrature of f itself over rings x sectors of the cap, each clipped at the horizon: the oracle of the
- * tests and of the paper's tables. */
+/* The same by midpoints of rings x sectors of the cap, those above the horizon: the oracle of the tests and of the
+ * paper's tables. */
 rgb mean_lobe_quadrature(const struct lobe *lobe, float3 n, float3 wo, struct cap cap, int rings, int sectors);
 
 #endif

@@ -13,7 +13,7 @@ enum {
     PATHS = 4096,       /* camera paths that say where records are wanted */
     BOUNCES = 4,        /* points of each: what the camera sees and three diffuse bounces on */
     DISTANCE_RAYS = 64, /* to size a zone */
-    GATHER_RAYS = 256,  /* of each record */
+    GATHER_SIDE = 16,   /* squared: rays of each record */
     SOLVE_STEPS = 64,
     CHECK_POINTS = 128,
     CHECK_RAYS = 128
@@ -127,9 +127,9 @@ static void gather_row(const struct model *model, const struct diffuse_cache *ca
 {
     struct rng rng = rng_seed(seed, SEED_GATHER, index);
     struct frame frame = frame_about(place->n);
-    int side = 16;
-    float weight = PI / GATHER_RAYS;
-    for (int i = 0; i < GATHER_RAYS; i++) {
+    const int side = GATHER_SIDE;
+    float weight = PI / (GATHER_SIDE * GATHER_SIDE);
+    for (int i = 0; i < GATHER_SIDE * GATHER_SIDE; i++) {
         /* Stratified, cosine-weighted. */
         float u = ((float)(i / side) + rng_float(&rng)) / (float)side,
               v = ((float)(i % side) + rng_float(&rng)) / (float)side;

@@ -8,7 +8,7 @@
 #include "render/direct.h"
 #include "render/gather.h"
 
-enum { GATHER_RAYS = 196, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201, FIRST_ROUND = 64 };
+enum { GATHER_RAYS = 256, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201, FIRST_ROUND = 64 };
 
 /* Zones: half the distance to the nearest surface, at least and at most so many pixels in radius. */
 #define ZONE_SHARE .5f
