@@ -16,7 +16,7 @@ struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance,
         normal = to_record;
         cos_alpha = 1;
     }
-    float cosine = maxf(1 - omega / (2 * PI), 1 / MAX_TANGENT), tan2 = (1 - cosine * cosine) / (cosine * cosine);
+    float height = minf(omega * (1 / (2 * PI)), 1 - 1 / MAX_TANGENT), tan2 = height * (2 - height) / sqr(1 - height);
     return (struct eas){position, normal, radiance, d2 * tan2 / maxf(cos_alpha, EAS_GRAZING), false};
 }
 

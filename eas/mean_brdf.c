@@ -13,12 +13,13 @@ enum { SPANS = 8, CAPS = 56, OFFSETS = 48, RINGS = 24 };
 #define REACH 4.0f
 /* Cap radii u are tabulated over u/(CAP_KNEE + u). */
 #define CAP_KNEE 1.2f
-/* Below the horizon the cosine of f cos is negative. The part of a cap there is let be where the cap's centre is higher
- * than sqrt(CLEAR) of its radius; and where R is higher than HIGH sigmas if the centre is higher than sqrt(CLEAR_HIGH)
- * of it. */
+/* Below the horizon the cosine of f cos is negative. The part of a cap there is let be where it counts for little:
+ * where the sine of the axis' elevation is over sqrt(CLEAR) of the radius' sine; sqrt(CLEAR_HIGH) of it where R is HIGH
+ * sigmas up; 0 where the sine of R's elevation is over TOP; and everywhere where the lobe doesn't reach down. */
 #define CLEAR .64f
-#define HIGH 2.5f
 #define CLEAR_HIGH .04f
+#define HIGH 2.5f
+#define TOP .87f
 
 /* Modified Phong over a cap, mirror direction R, normal N:
  *     integral of f cos = (n+2)/2pi N . integral of cos^n(alpha) w dw = u^2/(CAP_KNEE + u)^2 (P N.R + Q N.axis).
@@ -100,7 +101,9 @@ struct mean_lobe mean_lobe(const struct mean_brdf *tables, const struct lobe *lo
     m.width = sqrtf(sigma2);
     m.per_width = 1 / m.width;
     m.reach = REACH * m.width;
-    m.clear = m.n_dot_mirror <= 0 ? INFINITY : m.n_dot_mirror < HIGH * m.width ? CLEAR : CLEAR_HIGH;
+    m.clear = m.n_dot_mirror > TOP ? 0 : m.n_dot_mirror > HIGH * m.width ? CLEAR_HIGH : CLEAR;
+    if (m.n_dot_mirror > m.reach) m.clear = -INFINITY;
+    if (m.n_dot_mirror <= 0) m.clear = INFINITY;
     return m;
 }
 
@@ -135,8 +138,10 @@ static rgb phong_clipped(const struct mean_lobe *m, float axis_up, float cos_del
         if (cos_half >= 1) continue;
         /* The half of n + 1/2 instead of n makes up for the Gaussian's tails, best at small n. */
         float half = acosf(maxf(cos_half, -1)), k = sqrtf(.5f * (exponent + .5f) * level * mirror_level / nearest);
-        sum += nodes[i / 2][1] * up * level * powf(nearest, exponent) *
-               (erff(k * (azimuth + half)) - erff(k * (azimuth - half))) / k;
+        /* Azimuths from that of R: what reaches beyond pi comes in again from -pi. */
+        float from = azimuth - half, to = azimuth + half, end = erff(k * (to <= PI ? to : 2 * PI - to));
+        if (to > PI) end = 2 * erff(k * PI) - end;
+        sum += nodes[i / 2][1] * up * level * powf(nearest, exponent) * (end - erff(k * from)) / k;
     }
     /* (n+2)/2pi, half the interval, and sqrt(pi)/2 of the error function */
     return scale(m->lobe->weight, (exponent + 2) / (2 * PI) * .5f * (high - low) * .8862269f * sum);
@@ -205,6 +210,7 @@ static rgb ggx_disc(const struct mean_lobe *m, float3 wi, float r)
 static rgb ggx_cap(const struct mean_lobe *m, struct cap cap)
 {
     float theta = cap_angle(cap.omega);
+    if (dot(cap.axis, m->n) <= -sinf(theta)) return vec3(0, 0, 0);
     if (theta < .3f * m->width) return scale(ggx_disc(m, cap.axis, theta), cap.omega);
     struct frame frame = frame_about(cap.axis);
     /* A seventh of the cap, and the centroid of the outer 6/7. */

@@ -162,12 +162,12 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         struct point point;
         if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, pixel, &point)) continue;
         struct group *group = group_of(groups, &group_count, &point);
-        pixel->direct = add(pixel->direct, direct_sample(&cached->direct, &point, u, &group->share));
-        if (caches_lobes(cached, &point)) continue;
+        bool averages = direct_averages(&cached->direct, &point), from_eas = caches_lobes(cached, &point);
+        pixel->direct = add(pixel->direct, direct_sample(&cached->direct, &point, u, averages, &group->share));
+        if (averages && from_eas) continue;
         rgb lamps = {0};
-        bool unresolved = !direct_resolves(&point.brdf);
-        rgb bounced = traced_lobes(cached, &point, sequence_point(lobe, i), unresolved ? &lamps : NULL, &rng);
-        pixel->indirect = add(pixel->indirect, bounced);
+        rgb bounced = traced_lobes(cached, &point, sequence_point(lobe, i), averages ? NULL : &lamps, &rng);
+        if (!from_eas) pixel->indirect = add(pixel->indirect, bounced);
         pixel->direct = add(pixel->direct, lamps);
     }
     for (int i = 0; i < group_count; i++) {

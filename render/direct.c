@@ -13,12 +13,19 @@ enum { SKY_SIDE = 24, SKY_PARTS = 12 };
 
 /* Lobes narrower than this, rad, aren't resolved: n = 300. */
 #define LEAST_WIDTH .08f
+/* A lamp that fills more of what a point sees, sr, has cells that are too wide. */
+#define MOST_SOLID_ANGLE 1.0f
 
 bool direct_resolves(const struct brdf *brdf)
 {
     for (int i = 0; i < brdf->lobe_count; i++)
         if (lobe_width(&brdf->lobes[i]) < LEAST_WIDTH) return false;
     return true;
+}
+
+bool direct_averages(const struct direct *direct, const struct point *point)
+{
+    return direct_resolves(&point->brdf) && lights_widest(direct->model->lights, point->origin) < MOST_SOLID_ANGLE;
 }
 
 /* A light sample as a cell, one of `count`. */
@@ -95,7 +102,7 @@ static void prepare_lobes(const struct direct *direct, const struct point *point
         lobes[i] = mean_lobe(direct->tables, &point->brdf.lobes[i], point->n, point->wo);
 }
 
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3],
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages,
                   struct direct_share *share)
 {
     const struct brdf *brdf = &point->brdf;
@@ -106,7 +113,7 @@ rgb direct_sample(const struct direct *direct, const struct point *point, const 
     rgb diffuse = scale(mul(light.weight, brdf->kd), cosine / PI);
     if (direct->sky) averaged[DIRECT_DIFFUSE] = diffuse;
     else sampled = diffuse;
-    if (direct_resolves(brdf)) {
+    if (averages) {
         struct mean_lobe lobes[2];
         prepare_lobes(direct, point, lobes);
         struct direct_cell cell = cell_of(&light, direct->shadow_rays);

@@ -45,9 +45,14 @@ void direct_free(struct direct *direct);
  * 300. */
 bool direct_resolves(const struct brdf *brdf);
 
-/* One lamp sample (u: three numbers in [0, 1)) with its shadow ray, noted in `share`. Returns the radiance by the parts
+/* Whether direct_light averages the lobes at this point over cells of the lamps: they are wide enough, and no lamp so
+ * near that a cell of it is wider. If not, direct_sample and a ray by each lobe share the work by MIS. */
+bool direct_averages(const struct direct *direct, const struct point *point);
+
+/* One lamp sample (u: three numbers in [0, 1)) with its shadow ray, noted in `share`; averages: direct_averages at the
+ * point. Returns the radiance by the parts
  * that direct_light doesn't average, lobes with the MIS weight against sampling each. */
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3],
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages,
                   struct direct_share *share);
 
 /* The light of a group at its mean point: all but what direct_sample returned. */

@@ -5,6 +5,11 @@
 
 #include "render/transform.h"
 
+/* Directions of the slabs, not unit: axes, diagonals of faces, diagonals of the cube. */
+static const float3 SLABS[EMITTER_SLABS] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 0},  {1, -1, 0},
+                                            {1, 0, 1},  {1, 0, -1}, {0, 1, 1},  {0, 1, -1}, {1, 1, 1},
+                                            {1, 1, -1}, {1, -1, 1}, {1, -1, -1}};
+
 static const struct scene_material *material_of(const struct scene *scene, const struct scene_object *object,
                                                 uint32_t slot)
 {
@@ -86,6 +91,10 @@ static void summarise(struct emitter *e)
     e->normal = normalize(cross(e->triangles[0].ab, e->triangles[0].ac));
     e->flat = true;
     e->height = INFINITY;
+    for (int slab = 0; slab < EMITTER_SLABS; slab++) {
+        e->low[slab] = INFINITY;
+        e->high[slab] = -INFINITY;
+    }
     for (uint32_t i = 0; i < e->count; i++) {
         const struct emitter_triangle *t = &e->triangles[i];
         float3 corner[3] = {t->a, add(t->a, t->ab), add(t->a, t->ac)};
@@ -93,6 +102,11 @@ static void summarise(struct emitter *e)
             low = vec3(minf(low.x, corner[k].x), minf(low.y, corner[k].y), minf(low.z, corner[k].z));
             high = vec3(maxf(high.x, corner[k].x), maxf(high.y, corner[k].y), maxf(high.z, corner[k].z));
             e->height = minf(e->height, dot(e->normal, corner[k]));
+            for (int slab = 0; slab < EMITTER_SLABS; slab++) {
+                float along = dot(SLABS[slab], corner[k]);
+                e->low[slab] = minf(e->low[slab], along);
+                e->high[slab] = maxf(e->high[slab], along);
+            }
         }
         e->flat = e->flat && dot(normalize(cross(t->ab, t->ac)), e->normal) > 0.9999f;
         e->both_sides = e->both_sides || !t->front_only;
@@ -151,6 +165,16 @@ float emitter_irradiance(const struct emitter *emitter, float3 p, float3 n)
     return e->strength * own * bound / maxf(d * d + r * r, 1e-20f);
 }
 
+/* Whether p is inside the slabs about the emitter. */
+static bool in_slabs(const struct emitter *e, float3 p)
+{
+    for (int i = 0; i < EMITTER_SLABS; i++) {
+        float along = dot(p, SLABS[i]);
+        if (along <= e->low[i] || along >= e->high[i]) return false;
+    }
+    return true;
+}
+
 bool emitter_sample(const struct emitter *emitter, float3 p, const float u[static 3], float3 *wi, float *distance,
                     rgb *radiance, float *pdf)
 {
@@ -175,6 +199,8 @@ bool emitter_sample(const struct emitter *emitter, float3 p, const float u[stati
     float3 ng = normalize(cross(t->ab, t->ac)), to = sub(q, p);
     float side = dot(to, ng);
     if (side == 0 || (side > 0 && t->front_only)) return false;
+    /* From outside a closed emitter its nearer fronts hide all its backs: no shadow ray needed to know. */
+    if (side > 0 && e->closed && !in_slabs(e, p)) return false;
     to = sub(trace_offset(q, side > 0 ? scale(ng, -1) : ng), p);
     float d2 = dot(to, to);
     *distance = sqrtf(d2);

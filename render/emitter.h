@@ -12,6 +12,8 @@ struct emitter_triangle {
     bool front_only;
 };
 
+enum { EMITTER_SLABS = 13 };
+
 struct emitter {
     struct emitter_triangle *triangles;
     double *cumulative; /* chances, [count + 1] */
@@ -19,11 +21,12 @@ struct emitter {
     float strength;  /* luminance of radiance x area summed, W/sr */
     bool closed;     /* a closed surface, all of which shines */
     bool both_sides; /* some triangle shines from its back too */
-    float3 centre;   /* of a sphere about all, m */
+    float3 centre;   /* of a sphere about it */
     float radius;
-    bool flat;     /* all face the same way: */
-    float3 normal; /* that way, and */
-    float height;  /* the least of dot(normal, corner), m */
+    float low[EMITTER_SLABS], high[EMITTER_SLABS]; /* its extents along 13 directions (a k-DOP), world */
+    bool flat;                                     /* all face the same way: */
+    float3 normal;                                 /* that way, and */
+    float height;                                  /* the least of dot(normal, corner), m */
 };
 
 /* Gathers the emitting triangles of an object; count 0 where it has none. False where memory runs out. */

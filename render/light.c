@@ -101,6 +101,32 @@ bool lights_environment_only(const struct lights *lights)
     return lights->count == 1 && lights->environment.strong_flux > 0;
 }
 
+/* Of a ball at distance d, or of a disc of this radius that is turned from p by `cosine`, whichever is less. */
+static float solid_angle(float radius, float d, float cosine)
+{
+    float ball = d > radius ? 1 - sqrtf(1 - sqr(radius / d)) : 1;
+    return 2 * PI * minf(ball, .5f * sqr(radius / d) * cosine);
+}
+
+float lights_widest(const struct lights *lights, float3 p)
+{
+    float widest = 0;
+    for (int i = 0; i < lights->lamp_count; i++) {
+        const struct lamp *lamp = &lights->lamps[i];
+        float3 to = sub(lamp->centre, p);
+        float d = maxf(length(to), 1e-6f);
+        if (lamp->type == LIGHT_AREA)
+            widest = maxf(widest, solid_angle(lamp->radius, d, fabsf(dot(to, lamp->axis)) / d));
+    }
+    for (int i = 0; i < lights->emitter_count; i++) {
+        const struct emitter *e = &lights->emitters[i];
+        float3 to = sub(e->centre, p);
+        float d = maxf(length(to), 1e-6f);
+        widest = maxf(widest, solid_angle(e->radius, d, e->flat ? fabsf(dot(to, e->normal)) / d : INFINITY));
+    }
+    return widest;
+}
+
 bool lights_any(const struct lights *lights) { return lights->count > 0; }
 
 static float irradiance(const struct lights *lights, int light, float3 p, float3 n)

@@ -37,6 +37,10 @@ bool lights_any(const struct lights *lights);
 /* Whether all there is to sample is the environment: lights_sample then doesn't depend on p and n. */
 bool lights_environment_only(const struct lights *lights);
 
+/* The solid angle at p, sr, of the largest of the lights that are sampled by area (meshes and area lamps), about: what
+ * part of all that p sees a few samples have to stand for. */
+float lights_widest(const struct lights *lights, float3 p);
+
 /* In all that follows p is where the ray starts, already moved off its surface (trace_offset), so that a shadow ray of
  * sample.distance from p ends just before the light; n is the shading normal there: lights wholly below its horizon may
  * be left out. The same p and n must go into lights_sample and into what weighs against it. */

@@ -58,7 +58,7 @@ static float rendered(const struct model *model, const struct mean_brdf *tables,
     for (int i = 0; i < 16; i++) {
         float2 on_lamp = sequence_point(lamp, i);
         float u[3] = {((float)i + rng_float(&rng)) / 16, on_lamp.x, on_lamp.y};
-        sum = mad(sum, direct_sample(&direct, point, u, &share), 1.0f / 16);
+        sum = mad(sum, direct_sample(&direct, point, u, direct_averages(&direct, point), &share), 1.0f / 16);
     }
     sum = add(sum, direct_light(&direct, point, &share));
     direct_free(&direct);
