@@ -63,8 +63,8 @@ static void fill_span_end(struct mean_brdf *tables, int i)
 {
     double width = sqrt(fmax(span_end(i), 1e-8)), exponent = 1 / (width * width) - 1;
     for (int j = 0; j < CAPS; j++) {
-        double y = fmin((double)j / (CAPS - 1), .99), u = fmax(fmin(CAP_KNEE * y / (1 - y), sqrt(2) / width), 1e-3);
-        double peak = (exponent + 2) / (2 * PI * u * u) * (CAP_KNEE + u) * (CAP_KNEE + u);
+        double y = fmax(1e-3, fmin((double)j / (CAPS - 1), .99)), u = fmin(CAP_KNEE * y / (1 - y), sqrt(2) / width);
+        double peak = (exponent + 2) / (2 * PI * y * y);
         for (int k = 0; k < OFFSETS; k++) {
             double first = first_offset((float)u), v = first + (REACH + u - first) * k / (OFFSETS - 1), p, q;
             integrate_cap(exponent, 2 * asin(u * width / 2), 2 * asin(fmin(fmax(v, 1e-3) * width / 2, 1)), &p, &q);
@@ -130,7 +130,7 @@ static rgb phong_clipped(const struct mean_lobe *m, float axis_up, float cos_del
     float axis_level = sqrtf(maxf(1 - axis_up * axis_up, 1e-6f)),
           mirror_level = sqrtf(maxf(1 - mirror_up * mirror_up, 1e-6f));
     float azimuth = acosf(clampf((cos_delta - axis_up * mirror_up) / (axis_level * mirror_level), -1, 1));
-    float exponent = m->lobe->exponent, cos_theta = cosf(theta), sum = 0;
+    float exponent = m->lobe->exponent, cos_theta = 1 - omega * (1 / (2 * PI)), sum = 0;
     for (int i = 0; i < 8; i++) {
         float side = i & 1 ? .5f : -.5f, row = .5f * (low + high) + side * nodes[i / 2][0] * (high - low);
         float up = sinf(row), level = cosf(row), nearest = maxf(cosf(row - mirror_elevation), 1e-4f);

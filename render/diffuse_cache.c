@@ -10,7 +10,7 @@
 #include "render/path.h"
 
 enum {
-    PATHS = 4096,       /* camera paths that say where records are wanted */
+    PATHS = 8192,       /* camera paths that say where records are wanted */
     BOUNCES = 4,        /* points of each: what the camera sees and three diffuse bounces on */
     DISTANCE_RAYS = 64, /* to size a zone */
     GATHER_SIDE = 16,   /* squared: rays of each record */
@@ -21,8 +21,8 @@ enum {
 
 /* Zones are half the distance to the nearest surface, and between these many pixels wide, seen from the camera. */
 #define ZONE_SHARE .5f
-#define LEAST_PIXELS 6.0f
-#define MOST_PIXELS 48.0f
+#define LEAST_PIXELS 4.0f
+#define MOST_PIXELS 24.0f
 /* Look-ups reach 1.5 radii: a point has some three records. */
 #define STRETCH 1.5f
 

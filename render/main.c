@@ -121,7 +121,6 @@ static int command_render(struct options *options)
     struct image image = {0};
     struct progress progress = {0};
     if (options->threads) omp_set_num_threads(options->threads);
-    if (!options->render.spp) options->render.spp = options->render.method == RENDER_PATH ? 64 : 16;
     struct stats stats = {.threads = omp_get_max_threads(), .spp = options->render.spp};
     if (!prepare_output(options->output, error)) return fail(EXIT_OUTPUT, error);
     if (!scene_read(options->scene, &scene, error)) return fail(EXIT_INPUT, error);

@@ -91,6 +91,7 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
     case ARGP_KEY_END:
         if (!options->scene) argp_error(state, "expected the folder of a scene");
         if (!options->output) argp_error(state, "expected -o OUT.exr");
+        if (!options->render.spp) options->render.spp = options->render.method == RENDER_PATH ? 64 : 16;
         return 0;
     default: return ARGP_ERR_UNKNOWN;
     }

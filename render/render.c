@@ -8,7 +8,7 @@
 #include "render/path.h"
 #include "render/primary.h"
 
-enum { SEED_PATH = 301, PATH_SPP = 64, CACHE_SPP = 16 };
+enum { SEED_PATH = 301 };
 
 static void path_pixel(const struct model *model, int spp, uint64_t seed, int x, int y, struct pixel *pixel)
 {
@@ -60,20 +60,19 @@ bool render(const struct model *model, const struct render_options *options, str
             struct film *film, struct render_stats *stats, char error[static SCENE_ERROR])
 {
     bool with_cache = options->method != RENDER_PATH, eas = options->method == RENDER_EAS;
-    int spp = options->spp ? options->spp : with_cache ? CACHE_SPP : PATH_SPP;
     struct fill fill = {0};
     struct cached cached = {0};
     *stats = (struct render_stats){0};
     if (with_cache && !fill_build(model, eas, options->seed, progress, &fill, error)) return false;
     if (!film_alloc(film, model->scene->camera.width, model->scene->camera.height, with_cache) ||
-        (with_cache && !cached_prepare(model, &fill, eas, spp, options->seed, &cached))) {
+        (with_cache && !cached_prepare(model, &fill, eas, options->spp, options->seed, &cached))) {
         snprintf(error, SCENE_ERROR, "picture: out of memory");
         film_free(film);
         fill_free(&fill);
         return false;
     }
     progress_begin(progress, "pixels", trace_rays(model->trace));
-    render_pixels(model, with_cache ? &cached : NULL, spp, options->seed, progress, film);
+    render_pixels(model, with_cache ? &cached : NULL, options->spp, options->seed, progress, film);
     progress_end(progress, trace_rays(model->trace));
     if (with_cache) {
         report(model, &fill, options->seed, progress, stats);

@@ -15,7 +15,7 @@ enum render_method {
 
 struct render_options {
     enum render_method method;
-    int spp; /* primary rays a pixel; 0: 16 for the caches, 64 for path */
+    int spp; /* primary rays a pixel, at least 1 */
     uint64_t seed;
 };
 
@@ -26,7 +26,7 @@ struct render_stats {
     double eas_per_record;   /* mean over the glossy records */
     uint64_t cache_bytes;    /* records, EAS, index and diffuse cache */
     uint64_t diffuse_records;
-    double diffuse_cv; /* CV(RMSE) of the diffuse cache's irradiance, measured by path tracing at 256 of its users */
+    double diffuse_cv; /* CV(RMSE) of the diffuse cache's irradiance, measured by path tracing at some of its users */
 };
 
 /* Renders into film (allocated here; the caller frees). Deterministic for any number of threads. */
