@@ -15,8 +15,8 @@ enum {
     DISTANCE_RAYS = 64, /* to size a zone */
     GATHER_SIDE = 16,   /* squared: rays of each record */
     SOLVE_STEPS = 64,
-    CHECK_POINTS = 128,
-    CHECK_RAYS = 128
+    CHECK_POINTS = 512,
+    CHECK_RAYS = 64
 };
 
 /* Zones are half the distance to the nearest surface, and between these many pixels wide, seen from the camera. */

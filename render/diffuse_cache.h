@@ -37,7 +37,7 @@ void diffuse_cache_free(struct diffuse_cache *cache);
 /* The mean of the matched records' irradiance. */
 rgb diffuse_cache_mean(const struct diffuse_cache *cache, const struct cache_match *matches, int count);
 
-/* CV(RMSE) of the cache against path tracing at 128 points where it is used, the path tracer's noise taken out by two
+/* CV(RMSE) of the cache against path tracing at 512 points where it is used, the path tracer's noise taken out by two
  * halves. */
 double diffuse_cache_error(const struct model *model, const struct diffuse_cache *cache, uint64_t seed);
 

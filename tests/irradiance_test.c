@@ -156,7 +156,7 @@ static void under_a_disc(void **state)
 static void not_negative(void **state)
 {
     (void)state;
-    struct irradiance e = {{1, 1, 1}, {{0}}, {{-2, 0, 0}, {1, 0, 0}, {0, 0, 0}}};
+    struct irradiance e = {{1, 1, 1}, {{0, 0, 0}}, {{-2, 0, 0}, {1, 0, 0}, {0, 0, 0}}};
     rgb there = irradiance_at(&e, vec3(0, 0, 0), vec3(0, 0, 1), vec3(3, 0, 0), vec3(0, 0, 1));
     assert_vector(there, vec3(0, 4, 1), 1e-6f);
 }
@@ -165,7 +165,7 @@ static void not_negative(void **state)
 static void limit(void **state)
 {
     (void)state;
-    struct irradiance e = {{1, 2, 0}, {{0}}, {{3, 4, 0}, {0, 1, 0}, {1, 0, 0}}};
+    struct irradiance e = {{1, 2, 0}, {{0, 0, 0}}, {{3, 4, 0}, {0, 1, 0}, {1, 0, 0}}};
     irradiance_limit(&e, .5f);
     assert_vector(e.translation[0], vec3(1.2f, 1.6f, 0), 1e-6f);
     assert_vector(e.translation[1], vec3(0, 1, 0), 0);

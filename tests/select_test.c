@@ -79,7 +79,7 @@ static float windows(float3 d)
     return .3f + .2f * d.x + (window ? 3.0f : 0);
 }
 
-/* Even light needs a twentieth of the samples, and they reflect the lobe's albedo for every viewer: within 3 % on the
+/* Even light needs a twentieth of the samples, and they reflect the lobe's albedo for every viewer: within 4 % on the
  * average, since the caps of groups overlap and leave gaps. */
 static void even_light(void **state)
 {
@@ -101,7 +101,7 @@ static void even_light(void **state)
             squares += sqr(value.x - exact.x);
             sum += exact.x;
         }
-        assert_true(sqrt(squares / VIEWS) < .03 * sum / VIEWS);
+        assert_true(sqrt(squares / VIEWS) < .04 * sum / VIEWS);
     }
 }
 
