@@ -8,8 +8,6 @@ enum { MOST_TREES = 3, MOST_LOBES = 2 };
 #define NO_ROW UINT32_MAX
 /* Half-angle of the directions about the viewer's, rad. */
 #define VIEW_SPREAD .1f
-/* Beyond so many widths a GGX lobe doesn't decide about a group. */
-#define GGX_REACH 6.0f
 
 /* A node that is in the selection: its reference minus its own reflected luminance in each direction, and the sum of
  * squares (epsilon_2). */
@@ -23,6 +21,7 @@ struct selection {
     const struct sample_tree *trees;
     const struct select_options *options;
     struct select_scratch *scratch;
+    struct lobe stand_ins[MOST_LOBES];
     struct mean_lobe lobes[MOST_LOBES][SELECT_DIRECTIONS];
     int lobe_count;
     float3 points[SELECT_DIRECTIONS];
@@ -36,11 +35,21 @@ struct selection {
     double difference[SELECT_DIRECTIONS], mean;
 };
 
+/* Which groups suffice is decided with modified Phong, whose mean over a cap is a look-up: for GGX with the lobe that
+ * is as wide, at normal incidence. */
+static struct lobe stand_in(const struct lobe *lobe)
+{
+    if (lobe->type == LOBE_PHONG) return *lobe;
+    float exponent = maxf((2 / sqr(lobe->alpha) - 2) / 4, 1);
+    return (struct lobe){.type = LOBE_PHONG, .weight = mul(lobe->weight, lobe->f0), .exponent = exponent};
+}
+
 /* Reflection directions, every other one spread over the hemisphere, the rest about the viewer's, each at a point
  * spread over the zone's disc: a 4-D R sequence (Roberts 2018). */
 static void queries(struct selection *s, const struct mean_brdf *tables, const struct lobe *lobes,
                     const struct select_place *place)
 {
+    for (int k = 0; k < s->lobe_count; k++) s->stand_ins[k] = stand_in(&lobes[k]);
     const float steps[4] = {.8566749f, .7338919f, .6287067f, .5385972f};
     for (int i = 0; i < s->options->directions; i++) {
         float u[4];
@@ -51,14 +60,14 @@ static void queries(struct selection *s, const struct mean_brdf *tables, const s
         float3 wo = to_world(frame, vec3(sine * cosf(phi), sine * sinf(phi), z));
         float r = place->radius * sqrtf(u[2]), x = r * cosf(2 * PI * u[3]), y = r * sinf(2 * PI * u[3]);
         s->points[i] = add(place->origin, to_world(place->frame, vec3(x, y, 0)));
-        for (int k = 0; k < s->lobe_count; k++) s->lobes[k][i] = mean_lobe(tables, &lobes[k], place->frame.n, wo);
+        for (int k = 0; k < s->lobe_count; k++)
+            s->lobes[k][i] = mean_lobe(tables, &s->stand_ins[k], place->frame.n, wo);
         float3 mirror = s->lobes[0][i].mirror;
         s->px[i] = s->points[i].x, s->py[i] = s->points[i].y, s->pz[i] = s->points[i].z;
         s->mx[i] = mirror.x, s->my[i] = mirror.y, s->mz[i] = mirror.z;
     }
     s->reach = 0;
-    for (int k = 0; k < s->lobe_count; k++)
-        s->reach = maxf(s->reach, minf(s->lobes[k][0].reach, GGX_REACH * s->lobes[k][0].width));
+    for (int k = 0; k < s->lobe_count; k++) s->reach = maxf(s->reach, s->lobes[k][0].reach);
 }
 
 /* Which directions an EAS can matter to: near[i] > 0. The chord between its axis and the mirror direction is compared
