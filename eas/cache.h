@@ -41,8 +41,9 @@ struct cache {
 struct cache cache_empty(float stretch);
 void cache_free(struct cache *cache);
 
-/* Adds a record; its number is cache->count before the call. Neighbour clamping (Křivánek 2008): its radius and its
- * neighbours' are reduced so that r_i <= r_j + |p_i - p_j|; never below `least`. False: no memory. */
+/* Adds a record; its number is cache->count before the call. Neighbour clamping (Křivánek 2008): its radius and those
+ * of the records in whose reach it lies are reduced so that r_i <= r_j + |p_i - p_j|; its own never below `least`.
+ * False: no memory. */
 bool cache_insert(struct cache *cache, struct zone zone, float least);
 
 /* The records usable at p with unit normal n, at most CACHE_MATCHES: those of largest weight. Tests, in the order of

@@ -46,8 +46,8 @@ void progress_show(struct progress *progress, double done)
 
 void progress_end(struct progress *progress, uint64_t rays)
 {
-    struct stage stage = {progress->name, progress_wall() - progress->wall_start, progress_cpu() - progress->cpu_start,
-                          rays - progress->rays_start};
+    struct progress_stage stage = {progress->name, progress_wall() - progress->wall_start,
+                                   progress_cpu() - progress->cpu_start, rays - progress->rays_start};
     if (progress->stage_count < PROGRESS_STAGES) progress->stages[progress->stage_count++] = stage;
     if (progress->quiet) return;
     fprintf(stderr, "%s%s: %.2f s, CPU %.2f s", isatty(STDERR_FILENO) ? CLEAR : "", stage.name, stage.wall_s,

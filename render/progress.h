@@ -8,7 +8,7 @@
 
 #define PROGRESS_STAGES 16 /* later ones are shown, not kept */
 
-struct stage {
+struct progress_stage {
     const char *name;
     double wall_s, cpu_s;
     uint64_t rays;
@@ -19,7 +19,7 @@ struct stage {
 struct progress {
     bool quiet;
     int stage_count;
-    struct stage stages[PROGRESS_STAGES];
+    struct progress_stage stages[PROGRESS_STAGES];
     const char *name; /* of the stage that runs */
     double wall_start, cpu_start, last_print;
     uint64_t rays_start;

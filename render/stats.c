@@ -14,7 +14,7 @@ static json_t *stage_list(const struct progress *progress)
 {
     json_t *list = json_array();
     for (int i = 0; i < progress->stage_count; ++i) {
-        const struct stage *stage = &progress->stages[i];
+        const struct progress_stage *stage = &progress->stages[i];
         json_array_append_new(list, json_pack("{s:s, s:f, s:f, s:I}", "name", stage->name, "wall_s", stage->wall_s,
                                               "cpu_s", stage->cpu_s, "rays", (json_int_t)stage->rays));
     }

@@ -90,19 +90,21 @@ static rgb wall(float3 p, float3 dir, float *distance)
 
 static float wall_exact(float x) { return PI / 2 * (1 - x / sqrtf(x * x + 4)); }
 
+/* An edge of strata moves at the nearer sample's distance, which is that of the object's edge to the first order of
+ * their width: the slope errs by 40 %, 20 %, 10 % and 7 % with 256, 1024, 4096 and 16384 strata at x = .5. */
 static void floor_near_wall(void **state)
 {
     (void)state;
-    const float xs[] = {.5f, 1, 3};
+    const float xs[] = {.5f, 1, 3}, tolerances[] = {.09f, .05f, .03f};
     for (int i = 0; i < 3; i++) {
         float x = xs[i], slope = -PI / 2 * 4 / powf(x * x + 4, 1.5f);
-        struct irradiance e = gather(wall, vec3(x, 1, 0), vec3(0, 0, 1), 4096);
-        assert_float_equal(e.e.x / wall_exact(x), 1, .02f);
-        assert_vector(e.translation[0], vec3(slope, 0, 0), .06f * fabsf(slope));
-        /* Half a distance of 10 % away the gradient gives nearly all of the change. */
+        struct irradiance e = gather(wall, vec3(x, 1, 0), vec3(0, 0, 1), 16384);
+        assert_float_equal(e.e.x / wall_exact(x), 1, .01f);
+        assert_vector(e.translation[0], vec3(slope, 0, 0), tolerances[i] * fabsf(slope));
+        /* A step of 10 % of the way to the wall, and along it. */
         rgb there = irradiance_at(&e, vec3(x, 1, 0), vec3(0, 0, 1), vec3(.9f * x, 1.3f, 0), vec3(0, 0, 1));
         assert_float_equal((there.x - e.e.x) / (wall_exact(.9f * x) - wall_exact(x)), 1, .15f);
-        assert_float_equal(irradiance_reach(&e), e.e.x / fabsf(slope), .07f * e.e.x / fabsf(slope));
+        assert_float_equal(irradiance_reach(&e) * fabsf(slope) / e.e.x, 1, tolerances[i]);
     }
 }
 
