@@ -148,12 +148,6 @@ float brdf_pdf(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
     return pdf;
 }
 
-static inline float3 cosine_direction(float3 n, float u, float v)
-{
-    float r = sqrtf(u), phi = 2 * PI * v;
-    return to_world(frame_about(n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(1 - u)));
-}
-
 static inline float3 lobe_direction(const struct lobe *lobe, float3 n, float3 wo, const float u[static 2])
 {
     if (lobe->type != LOBE_PHONG) return ggx_sample(lobe->alpha, n, wo, u);
@@ -168,7 +162,7 @@ rgb brdf_sample(const struct brdf *brdf, float3 n, float3 wo, const float u[stat
     while (i < count - 1 && x >= chance[i]) x -= chance[i++];
     *pdf = 0;
     if (chance[i] <= 0) return (rgb){0};
-    *wi = i == 0 ? cosine_direction(n, u[1], u[2]) : lobe_direction(&brdf->lobes[i - 1], n, wo, u + 1);
+    *wi = i == 0 ? cosine_direction(n, u + 1) : lobe_direction(&brdf->lobes[i - 1], n, wo, u + 1);
     rgb f = brdf_eval_pdf(brdf, n, wo, *wi, pdf);
     return *pdf > 0 ? scale(f, dot(n, *wi) / *pdf) : (rgb){0};
 }

@@ -59,4 +59,11 @@ static inline struct frame frame_about(float3 n)
 static inline float3 to_world(struct frame f, float3 v) { return mad(mad(scale(f.t, v.x), f.b, v.y), f.n, v.z); }
 static inline float3 to_local(struct frame f, float3 v) { return (float3){dot(f.t, v), dot(f.b, v), dot(f.n, v)}; }
 
+/* A direction about n with density cos/pi; u: two numbers in [0, 1). */
+static inline float3 cosine_direction(float3 n, const float u[2])
+{
+    float r = sqrtf(u[0]), phi = 2 * PI * u[1];
+    return to_world(frame_about(n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(1 - u[0])));
+}
+
 #endif

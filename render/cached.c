@@ -99,8 +99,8 @@ static rgb traced_indirect(const struct cached *cached, const struct point *poin
 {
     rgb sum = {0};
     if (!is_black(point->brdf.kd)) {
-        float r = sqrtf(rng_float(rng)), phi = 2 * PI * rng_float(rng);
-        float3 dir = to_world(frame_about(point->n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(maxf(1 - r * r, 0))));
+        float u[2] = {rng_float(rng), rng_float(rng)};
+        float3 dir = cosine_direction(point->n, u);
         if (dot(dir, point->ng) > 0) {
             struct gathered light =
                 gather(cached->model, &cached->fill->bounced, (struct ray){point->origin, dir}, rng, NULL);

@@ -34,10 +34,10 @@ struct place {
     bool used;
 };
 
-static float3 cosine_direction(float3 n, struct rng *rng)
+static float3 random_direction(float3 n, struct rng *rng)
 {
-    float r = sqrtf(rng_float(rng)), phi = 2 * PI * rng_float(rng);
-    return to_world(frame_about(n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(maxf(1 - r * r, 0))));
+    float u[2] = {rng_float(rng), rng_float(rng)};
+    return cosine_direction(n, u);
 }
 
 /* The points of diffuse paths from the camera: where the cache will be asked. */
@@ -59,7 +59,7 @@ static struct place *wanted_places(const struct model *model, uint64_t seed)
             shade_point(model, ray, &hit, &point);
             places[i * BOUNCES + b] =
                 (struct place){point.p, point.origin, point.n, point.ng, !is_black(point.brdf.kd)};
-            ray = (struct ray){point.origin, cosine_direction(point.n, &rng)};
+            ray = (struct ray){point.origin, random_direction(point.n, &rng)};
             if (dot(ray.dir, point.ng) <= 0) break;
         }
     }
@@ -126,14 +126,13 @@ static void gather_row(const struct model *model, const struct diffuse_cache *ca
                        uint64_t seed, uint64_t index, struct row *row)
 {
     struct rng rng = rng_seed(seed, SEED_GATHER, index);
-    struct frame frame = frame_about(place->n);
     const int side = GATHER_SIDE;
     float weight = PI / (GATHER_SIDE * GATHER_SIDE);
     for (int i = 0; i < GATHER_SIDE * GATHER_SIDE; i++) {
         /* Stratified, cosine-weighted. */
-        float u = ((float)(i / side) + rng_float(&rng)) / (float)side,
-              v = ((float)(i % side) + rng_float(&rng)) / (float)side;
-        float3 dir = to_world(frame, vec3(sqrtf(u) * cosf(2 * PI * v), sqrtf(u) * sinf(2 * PI * v), sqrtf(1 - u)));
+        float u[2] = {((float)(i / side) + rng_float(&rng)) / (float)side,
+                      ((float)(i % side) + rng_float(&rng)) / (float)side};
+        float3 dir = cosine_direction(place->n, u);
         if (dot(dir, place->ng) <= 0) continue;
         uint32_t first = row->terms.count;
         struct gathered light = gather(model, cache, (struct ray){place->origin, dir}, &rng, &row->terms);
@@ -239,7 +238,7 @@ double diffuse_cache_error(const struct model *model, const struct diffuse_cache
         rgb halves[2] = {{0}}, e = diffuse_cache_mean(cache, matches, found);
         struct rng rng = rng_seed(seed, SEED_CHECK, (uint64_t)i);
         for (int k = 0; k < 2 * CHECK_RAYS; k++) {
-            struct ray ray = {place->origin, cosine_direction(place->n, &rng)};
+            struct ray ray = {place->origin, random_direction(place->n, &rng)};
             if (dot(ray.dir, place->ng) > 0)
                 halves[k & 1] = mad(halves[k & 1], path_incident(model, ray, &rng), PI / CHECK_RAYS);
         }

@@ -5,6 +5,10 @@
 
 #include "render/transform.h"
 
+/* Within so many radii of the sphere about an emitter of at most so many triangles each is weighed by what it sends. */
+#define NEAR_RADII 4.0f
+enum { MOST_WEIGHED = 2048 };
+
 /* Directions of the slabs, not unit: axes, diagonals of faces, diagonals of the cube. */
 static const float3 SLABS[EMITTER_SLABS] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 0},  {1, -1, 0},
                                             {1, 0, 1},  {1, 0, -1}, {0, 1, 1},  {0, 1, -1}, {1, 1, 1},
@@ -140,7 +144,8 @@ bool emitter_build(const struct scene *scene, const struct scene_object *object,
         if (material) emitter->triangles[emitter->count++] = place(placed, i, material);
     }
     summarise(emitter);
-    emitter->closed = count == t->triangle_count && is_closed(t);
+    emitter->whole = count == t->triangle_count;
+    emitter->closed = emitter->whole && is_closed(t);
     return true;
 }
 
@@ -175,17 +180,81 @@ static bool in_slabs(const struct emitter *e, float3 p)
     return true;
 }
 
+/* Whether triangles are weighed anew at p: there are several, not too many to do so, and p sees them large and unlike.
+ */
+static bool is_near(const struct emitter *e, float3 p)
+{
+    float3 to = sub(e->centre, p);
+    return e->whole && e->count > 2 && e->count <= MOST_WEIGHED && dot(to, to) < sqr(NEAR_RADII * e->radius);
+}
+
+/* About the light at p of a triangle, 0 only where none arrives: by its middle's distance, no less than the triangle is
+ * wide. `inside` the slabs, backs of a closed emitter may be seen. */
+static float weight(const struct emitter *e, const struct emitter_triangle *t, float3 p, bool inside)
+{
+    float3 normal = cross(t->ab, t->ac), to = sub(mad(mad(t->a, t->ab, 1 / 3.0f), t->ac, 1 / 3.0f), p);
+    float height = -dot(to, normal), twice_area2 = dot(normal, normal);
+    if (height == 0 || (height < 0 && (t->front_only || (e->closed && !inside)))) return 0;
+    float d2 = maxf(dot(to, to), sqrtf(twice_area2));
+    return luminance(t->radiance) * fabsf(height) / (d2 * sqrtf(d2));
+}
+
+static float weight_sum(const struct emitter *e, float3 p, bool inside)
+{
+    float sum = 0;
+    for (uint32_t i = 0; i < e->count; i++) sum += weight(e, &e->triangles[i], p, inside);
+    return sum;
+}
+
+/* The pdf per area on a triangle of this weight. */
+static float near_pdf_area(const struct emitter_triangle *t, float own, float sum)
+{
+    return sum > 0 ? own / (sum * area(t)) : 0;
+}
+
+float emitter_pdf_area(const struct emitter *emitter, float3 p, uint32_t triangle, float light)
+{
+    const struct emitter *e = emitter;
+    if (!is_near(e, p)) return e->strength > 0 ? light / e->strength : 0;
+    bool inside = in_slabs(e, p);
+    const struct emitter_triangle *t = &e->triangles[triangle];
+    return near_pdf_area(t, weight(e, t, p, inside), weight_sum(e, p, inside));
+}
+
+/* The triangle that u chooses, and the pdf per area on it. */
+static const struct emitter_triangle *choose(const struct emitter *e, float3 p, float u, float *pdf_area)
+{
+    if (is_near(e, p)) {
+        bool inside = in_slabs(e, p);
+        float sum = weight_sum(e, p, inside), left = u * sum, own = 0;
+        uint32_t last = 0;
+        for (uint32_t i = 0; i < e->count && left >= 0; i++) {
+            float w = weight(e, &e->triangles[i], p, inside);
+            if (w <= 0) continue;
+            left -= own = w;
+            last = i;
+        }
+        *pdf_area = near_pdf_area(&e->triangles[last], own, sum);
+        return &e->triangles[last];
+    }
+    uint32_t low = 0, high = e->count;
+    while (high - low > 1) {
+        uint32_t middle = (low + high) / 2;
+        if (e->cumulative[middle] <= u) low = middle;
+        else high = middle;
+    }
+    const struct emitter_triangle *t = &e->triangles[low];
+    *pdf_area = e->strength > 0 ? luminance(t->radiance) / e->strength : 0;
+    return t;
+}
+
 bool emitter_sample(const struct emitter *emitter, float3 p, const float u[static 3], float3 *wi, float *distance,
                     rgb *radiance, float *pdf)
 {
     const struct emitter *e = emitter;
-    uint32_t low = 0, high = e->count;
-    while (high - low > 1) {
-        uint32_t middle = (low + high) / 2;
-        if (e->cumulative[middle] <= u[0]) low = middle;
-        else high = middle;
-    }
-    const struct emitter_triangle *t = &e->triangles[low];
+    float pdf_area;
+    const struct emitter_triangle *t = choose(e, p, u[0], &pdf_area);
+    if (!(pdf_area > 0)) return false;
     /* Heitz, "A Low-Distortion Map Between Triangle and Square", 2019: strata of u stay compact. */
     float x = u[1], y = u[2];
     if (y > x) {
@@ -206,6 +275,6 @@ bool emitter_sample(const struct emitter *emitter, float3 p, const float u[stati
     *distance = sqrtf(d2);
     *wi = scale(to, 1 / *distance);
     *radiance = t->radiance;
-    *pdf = emitter_pdf_area(e, luminance(t->radiance)) * d2 / fabsf(dot(*wi, ng));
+    *pdf = pdf_area * d2 / fabsf(dot(*wi, ng));
     return true;
 }

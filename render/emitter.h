@@ -19,6 +19,7 @@ struct emitter {
     double *cumulative; /* chances, [count + 1] */
     uint32_t count;
     float strength;  /* luminance of radiance x area summed, W/sr */
+    bool whole;      /* all triangles of the object shine: their indices are the same */
     bool closed;     /* a closed surface, all of which shines */
     bool both_sides; /* some triangle shines from its back too */
     float3 centre;   /* of a sphere about it */
@@ -42,10 +43,8 @@ float emitter_irradiance(const struct emitter *emitter, float3 p, float3 n);
 bool emitter_sample(const struct emitter *emitter, float3 p, const float u[static 3], float3 *wi, float *distance,
                     rgb *radiance, float *pdf);
 
-/* The pdf per area of a point on triangles whose radiance has this luminance. */
-static inline float emitter_pdf_area(const struct emitter *emitter, float light)
-{
-    return emitter->strength > 0 ? light / emitter->strength : 0;
-}
+/* The pdf per area with which emitter_sample chooses a point on a triangle (its index in the object) whose radiance has
+ * luminance `light`, seen from p. */
+float emitter_pdf_area(const struct emitter *emitter, float3 p, uint32_t triangle, float light);
 
 #endif

@@ -102,8 +102,8 @@ static void bounced(struct chain *chain, const struct point *point, float length
     rgb through = scale(coefficient, PI); /* cosine-weighted: f cos / pdf = kd */
     float survive = depth < 2 ? 1 : minf(max3(through), .95f);
     if (rng_float(chain->rng) >= survive) return;
-    float r = sqrtf(rng_float(chain->rng)), phi = 2 * PI * rng_float(chain->rng);
-    float3 dir = to_world(frame_about(point->n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(maxf(1 - r * r, 0))));
+    float u[2] = {rng_float(chain->rng), rng_float(chain->rng)};
+    float3 dir = cosine_direction(point->n, u);
     if (dot(dir, point->ng) <= 0) return;
     struct gathered *out = chain->out, inner = {.distance = 0};
     struct chain next = *chain;

@@ -110,12 +110,6 @@ static inline float3 cone_direction(float3 axis, float cone, const float u[stati
     return to_world(frame_about(axis), vec3(r * cosf(phi), r * sinf(phi), 1 - h));
 }
 
-static inline float3 cosine_direction(float3 n, const float u[static 2])
-{
-    float r = sqrtf(u[0]), phi = 2 * PI * u[1];
-    return to_world(frame_about(n), vec3(r * cosf(phi), r * sinf(phi), sqrtf(1 - u[0])));
-}
-
 /* 1 - cos of the half angle that a sphere subtends; sine2 is (r/d)^2. */
 static inline float sphere_cone(float sine2) { return sine2 / (1 + sqrtf(maxf(1 - sine2, 0))); }
 

@@ -209,8 +209,8 @@ float lights_pdf_hit(const struct lights *lights, float3 p, float3 n, float3 dir
     if (material == SCENE_NONE) return 0;
     float light = luminance(vec_from(lights->scene->materials[material].emission)), c = fabsf(dot(dir, ng));
     if (light == 0 || c == 0) return 0;
-    return chance(lights, lights->lamp_count + emitter, p, n) * emitter_pdf_area(&lights->emitters[emitter], light) *
-           hit->t * hit->t / c;
+    return chance(lights, lights->lamp_count + emitter, p, n) *
+           emitter_pdf_area(&lights->emitters[emitter], p, hit->triangle, light) * hit->t * hit->t / c;
 }
 
 rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float3 dir, float tmax, float pdf)

@@ -78,6 +78,22 @@ static void even_hemisphere(void **state)
     assert_float_equal(turned.y, 2 * PI * cosf(.3f), .02f);
 }
 
+/* Half of a ball's inside lit, y > 0: the border at phi = 0 and that at pi each give the integral of d(sin theta). */
+static rgb half(float3 p, float3 dir, float *distance)
+{
+    (void)p;
+    *distance = 2;
+    return dir.y > 0 ? vec3(1, 1, 1) : vec3(0, 0, 0);
+}
+
+static void borders(void **state)
+{
+    (void)state;
+    struct irradiance e = gather(half, vec3(0, 0, 0), vec3(0, 0, 1), 256);
+    assert_vector(e.translation[0], vec3(0, 2.0f / 2, 0), 1e-4f);
+    assert_float_equal(e.e.x, PI / 2, .02f);
+}
+
 /* A wall of radiance 1, infinitely long, at x = 0 and up to z = 2; the rest is black and far. Hottel: E = pi/2 (1 -
  * x/sqrt(x^2 + 4)) at (x, y, 0). */
 static rgb wall(float3 p, float3 dir, float *distance)
@@ -182,8 +198,9 @@ static void limit(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(grid),         cmocka_unit_test(even_hemisphere), cmocka_unit_test(floor_near_wall),
-        cmocka_unit_test(under_a_disc), cmocka_unit_test(not_negative),    cmocka_unit_test(limit)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(grid),         cmocka_unit_test(even_hemisphere),
+                                       cmocka_unit_test(borders),      cmocka_unit_test(floor_near_wall),
+                                       cmocka_unit_test(under_a_disc), cmocka_unit_test(not_negative),
+                                       cmocka_unit_test(limit)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -91,7 +91,9 @@ static void test_nothing(void **state)
         struct mean_lobe below = mean_lobe(*state, lobes[i], N, direction(-.1f, PI));
         assert_true(mean_lobe_cap(&above, cap_at(.1f, .2f)).x > 0);
         assert_true(mean_lobe_cap(&below, cap_at(.1f, .2f)).x == 0);
+        assert_true(mean_lobe_cap(&below, cap_at(.5f, .2f)).x == 0);
         assert_true(mean_lobe_cap(&above, cap_at(-.21f, .2f)).x == 0);
+        assert_true(mean_lobe_cap(&above, cap_at(-.19f, .2f)).x >= 0);
         assert_true(mean_lobe_cap(&above, cap_at(.3f, 0)).x == 0);
     }
 }
