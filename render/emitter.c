@@ -5,9 +5,11 @@
 
 #include "render/transform.h"
 
-/* Within so many radii of the sphere about an emitter of at most so many triangles each is weighed by what it sends. */
+/* Within so many radii of the sphere about an emitter of so many triangles each is weighed by what it sends. */
 #define NEAR_RADII 4.0f
-enum { MOST_WEIGHED = 2048 };
+enum { LEAST_WEIGHED = 32, MOST_WEIGHED = 2048 };
+/* The share of samples near an emitter that go by area all the same. */
+#define BY_AREA .2f
 
 /* Directions of the slabs, not unit: axes, diagonals of faces, diagonals of the cube. */
 static const float3 SLABS[EMITTER_SLABS] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 0},  {1, -1, 0},
@@ -180,12 +182,13 @@ static bool in_slabs(const struct emitter *e, float3 p)
     return true;
 }
 
-/* Whether triangles are weighed anew at p: there are several, not too many to do so, and p sees them large and unlike.
+/* Whether triangles are weighed anew at p: there are many, not too many to do so, and p sees them large and unlike.
  */
 static bool is_near(const struct emitter *e, float3 p)
 {
     float3 to = sub(e->centre, p);
-    return e->whole && e->count > 2 && e->count <= MOST_WEIGHED && dot(to, to) < sqr(NEAR_RADII * e->radius);
+    return e->whole && e->count >= LEAST_WEIGHED && e->count <= MOST_WEIGHED &&
+           dot(to, to) < sqr(NEAR_RADII * e->radius);
 }
 
 /* About the light at p of a triangle, 0 only where none arrives: by its middle's distance, no less than the triangle is
@@ -206,45 +209,59 @@ static float weight_sum(const struct emitter *e, float3 p, bool inside)
     return sum;
 }
 
-/* The pdf per area on a triangle of this weight. */
-static float near_pdf_area(const struct emitter_triangle *t, float own, float sum)
+/* The pdf per area on a triangle of this weight: the weights are guesses, so a share goes by area alone. */
+static float near_pdf_area(const struct emitter *e, const struct emitter_triangle *t, float own, float sum)
 {
-    return sum > 0 ? own / (sum * area(t)) : 0;
+    float weighed = sum > 0 ? own / (sum * area(t)) : 0;
+    return BY_AREA * luminance(t->radiance) / e->strength + (1 - BY_AREA) * weighed;
 }
 
 float emitter_pdf_area(const struct emitter *emitter, float3 p, uint32_t triangle, float light)
 {
     const struct emitter *e = emitter;
-    if (!is_near(e, p)) return e->strength > 0 ? light / e->strength : 0;
+    if (!is_near(e, p)) return light / e->strength;
     bool inside = in_slabs(e, p);
     const struct emitter_triangle *t = &e->triangles[triangle];
-    return near_pdf_area(t, weight(e, t, p, inside), weight_sum(e, p, inside));
+    return near_pdf_area(e, t, weight(e, t, p, inside), weight_sum(e, p, inside));
 }
 
-/* The triangle that u chooses, and the pdf per area on it. */
-static const struct emitter_triangle *choose(const struct emitter *e, float3 p, float u, float *pdf_area)
+static uint32_t choose_by_area(const struct emitter *e, float u)
 {
-    if (is_near(e, p)) {
-        bool inside = in_slabs(e, p);
-        float sum = weight_sum(e, p, inside), left = u * sum, own = 0;
-        uint32_t last = 0;
-        for (uint32_t i = 0; i < e->count && left >= 0; i++) {
-            float w = weight(e, &e->triangles[i], p, inside);
-            if (w <= 0) continue;
-            left -= own = w;
-            last = i;
-        }
-        *pdf_area = near_pdf_area(&e->triangles[last], own, sum);
-        return &e->triangles[last];
-    }
     uint32_t low = 0, high = e->count;
     while (high - low > 1) {
         uint32_t middle = (low + high) / 2;
         if (e->cumulative[middle] <= u) low = middle;
         else high = middle;
     }
-    const struct emitter_triangle *t = &e->triangles[low];
-    *pdf_area = e->strength > 0 ? luminance(t->radiance) / e->strength : 0;
+    return low;
+}
+
+static uint32_t choose_by_weight(const struct emitter *e, float3 p, bool inside, float left)
+{
+    uint32_t last = 0;
+    for (uint32_t i = 0; i < e->count && left >= 0; i++) {
+        float w = weight(e, &e->triangles[i], p, inside);
+        if (w <= 0) continue;
+        left -= w;
+        last = i;
+    }
+    return last;
+}
+
+/* The triangle that u chooses, and the pdf per area on it. */
+static const struct emitter_triangle *choose(const struct emitter *e, float3 p, float u, float *pdf_area)
+{
+    const struct emitter_triangle *t;
+    if (!is_near(e, p)) {
+        t = &e->triangles[choose_by_area(e, u)];
+        *pdf_area = luminance(t->radiance) / e->strength;
+        return t;
+    }
+    bool inside = in_slabs(e, p);
+    float sum = weight_sum(e, p, inside);
+    if (u < BY_AREA) t = &e->triangles[choose_by_area(e, u / BY_AREA)];
+    else t = &e->triangles[choose_by_weight(e, p, inside, (u - BY_AREA) / (1 - BY_AREA) * sum)];
+    *pdf_area = near_pdf_area(e, t, weight(e, t, p, inside), sum);
     return t;
 }
 
@@ -254,7 +271,6 @@ bool emitter_sample(const struct emitter *emitter, float3 p, const float u[stati
     const struct emitter *e = emitter;
     float pdf_area;
     const struct emitter_triangle *t = choose(e, p, u[0], &pdf_area);
-    if (!(pdf_area > 0)) return false;
     /* Heitz, "A Low-Distortion Map Between Triangle and Square", 2019: strata of u stay compact. */
     float x = u[1], y = u[2];
     if (y > x) {
