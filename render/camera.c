@@ -25,3 +25,9 @@ float camera_pixel_angle(const struct scene_camera *camera)
     const float *w = camera->window;
     return (w[1] - w[0]) / (float)camera->width * ((w[3] - w[2]) / (float)camera->height);
 }
+
+float camera_pixel_width(const struct scene_camera *camera, float3 p)
+{
+    float3 eye = vec3(camera->transform[3], camera->transform[7], camera->transform[11]);
+    return length(sub(p, eye)) * sqrtf(camera_pixel_angle(camera));
+}

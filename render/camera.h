@@ -20,4 +20,7 @@ void camera_resize(struct scene_camera *camera, int width, int height);
 /* Solid angle of a pixel near the picture's centre, sr. */
 float camera_pixel_angle(const struct scene_camera *camera);
 
+/* Width of a pixel at the distance of p, m. */
+float camera_pixel_width(const struct scene_camera *camera, float3 p);
+
 #endif

@@ -71,9 +71,7 @@ static float zone_radius(const struct model *model, const struct place *place, u
     struct rng rng = rng_seed(seed, SEED_DISTANCES, index);
     struct gather_grid grid = gather_grid(DISTANCE_RAYS);
     struct frame frame = frame_about(place->n);
-    const struct scene_camera *camera = &model->scene->camera;
-    float3 eye = vec3(camera->transform[3], camera->transform[7], camera->transform[11]);
-    float pixel = length(sub(place->p, eye)) * sqrtf(camera_pixel_angle(camera));
+    float pixel = camera_pixel_width(&model->scene->camera, place->p);
     float nearest = INFINITY;
     for (int i = 0; i < grid.rows * grid.columns; i++) {
         float u = rng_float(&rng), v = rng_float(&rng);

@@ -25,6 +25,7 @@ bool direct_resolves(const struct brdf *brdf)
 
 bool direct_averages(const struct direct *direct, const struct point *point)
 {
+    if (point->brdf.lobe_count == 0) return true; /* nothing to average, and no lamp to look at for it */
     return direct_resolves(&point->brdf) && lights_widest(direct->model->lights, point->origin) < MOST_SOLID_ANGLE;
 }
 

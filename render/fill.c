@@ -72,8 +72,6 @@ static bool fill_records(const struct model *model, bool eas, uint64_t seed, str
                          struct fill *fill)
 {
     const struct scene_camera *camera = &model->scene->camera;
-    float pixel_angle = sqrtf(camera_pixel_angle(camera));
-    float3 eye = vec3(camera->transform[3], camera->transform[7], camera->transform[11]);
     uint32_t total = (uint32_t)(camera->width * camera->height);
     uint32_t *order = coarse_to_fine(camera->width, camera->height);
     uint32_t largest = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)total);
@@ -91,7 +89,7 @@ static bool fill_records(const struct model *model, bool eas, uint64_t seed, str
             if (drafts[i].wanted) drafts[wanted++] = drafts[i];
 #pragma omp parallel for schedule(dynamic, 1)
         for (uint32_t i = 0; i < wanted; i++) {
-            float pixel = length(sub(drafts[i].point.p, eye)) * pixel_angle;
+            float pixel = camera_pixel_width(camera, drafts[i].point.p);
             uint64_t index = fill->diffuse.zones.count + fill->glossy.zones.count + i;
             record_make(model, &fill->bounced, fill->tables, pixel, seed, index, &scratch[omp_get_thread_num()],
                         &drafts[i]);

@@ -105,11 +105,10 @@ static void bounced(struct chain *chain, const struct point *point, float length
     float u[2] = {rng_float(chain->rng), rng_float(chain->rng)};
     float3 dir = cosine_direction(point->n, u);
     if (dot(dir, point->ng) <= 0) return;
-    struct gathered *out = chain->out, inner = {.distance = 0};
+    struct gathered inner = {.distance = 0};
     struct chain next = *chain;
     next.out = &inner; /* all that comes by the bounce is this surface's */
     follow(&next, (struct ray){point->origin, dir}, point->n, 0, scale(through, 1 / survive), depth + 1, 0);
-    chain->out = out;
     add_light(chain, add(inner.surface, inner.mirrored), own, before);
 }
 

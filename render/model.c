@@ -135,5 +135,3 @@ void model_free(struct model *model)
     free(model->objects);
     *model = (struct model){0};
 }
-
-float model_radius(const struct model *model) { return model->radius; }

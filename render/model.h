@@ -18,14 +18,11 @@ struct model {
     struct lights *lights;
     double tessellate_s, bvh_s; /* wall seconds */
     uint64_t triangle_count;    /* instances not multiplied */
-    float radius;               /* of model_radius */
+    float radius;               /* of a sphere about the bounding box, m */
 };
 
 /* False and a sentence on failure; nothing is left to free then. The meshes are tessellated in parallel. */
 bool model_build(const struct scene *scene, struct model *model, char error[static SCENE_ERROR]);
 void model_free(struct model *model);
-
-/* The radius of a sphere about the scene's bounding box (instances included), m. */
-float model_radius(const struct model *model);
 
 #endif

@@ -3,7 +3,6 @@
 
 #include <embree3/rtcore.h>
 #include <omp.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,16 +25,8 @@ struct trace {
     RTCScene scene;
     struct shared *shared;
     uint32_t shared_count;
-    atomic_llong bytes;
     struct counter *counters;
 };
-
-static bool count_bytes(void *data, ssize_t bytes, bool post)
-{
-    (void)post;
-    atomic_fetch_add(&((struct trace *)data)->bytes, bytes);
-    return true;
-}
 
 /* Vertices are copied: Embree reads 16 bytes of each, past the end of the borrowed array's last one. */
 static RTCGeometry triangle_geometry(RTCDevice device, const struct triangles *t)
@@ -96,7 +87,6 @@ struct trace *trace_build(const struct trace_object *objects, uint32_t count, ch
         return NULL;
     }
     memset(trace->counters, 0, COUNTERS * sizeof *trace->counters);
-    rtcSetDeviceMemoryMonitorFunction(trace->device, count_bytes, trace);
     trace->scene = robust_scene(trace->device);
     for (uint32_t i = 0; i < count; i++) {
         RTCGeometry geometry = objects[i].instanced ? instance_geometry(trace, &objects[i])
@@ -132,18 +122,23 @@ static inline void count_ray(const struct trace *trace)
     trace->counters[omp_get_thread_num() & (COUNTERS - 1)].rays++;
 }
 
+static struct RTCRay make_ray(float3 origin, float3 dir, float tfar)
+{
+    return (struct RTCRay){.org_x = origin.x,
+                           .org_y = origin.y,
+                           .org_z = origin.z,
+                           .dir_x = dir.x,
+                           .dir_y = dir.y,
+                           .dir_z = dir.z,
+                           .tfar = tfar,
+                           .mask = ~0u};
+}
+
 bool trace_closest(const struct trace *trace, float3 origin, float3 dir, float tfar, struct hit *hit)
 {
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    struct RTCRayHit r = {.ray = {.org_x = origin.x,
-                                  .org_y = origin.y,
-                                  .org_z = origin.z,
-                                  .dir_x = dir.x,
-                                  .dir_y = dir.y,
-                                  .dir_z = dir.z,
-                                  .tfar = tfar,
-                                  .mask = ~0u},
+    struct RTCRayHit r = {.ray = make_ray(origin, dir, tfar),
                           .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
     count_ray(trace);
     rtcIntersect1(trace->scene, &context, &r);
@@ -157,14 +152,7 @@ bool trace_occluded(const struct trace *trace, float3 origin, float3 dir, float 
 {
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    struct RTCRay ray = {.org_x = origin.x,
-                         .org_y = origin.y,
-                         .org_z = origin.z,
-                         .dir_x = dir.x,
-                         .dir_y = dir.y,
-                         .dir_z = dir.z,
-                         .tfar = tfar,
-                         .mask = ~0u};
+    struct RTCRay ray = make_ray(origin, dir, tfar);
     count_ray(trace);
     rtcOccluded1(trace->scene, &context, &ray);
     return ray.tfar < 0;
@@ -203,5 +191,3 @@ uint64_t trace_rays(const struct trace *trace)
     for (int i = 0; i < COUNTERS; i++) rays += trace->counters[i].rays;
     return rays;
 }
-
-uint64_t trace_bytes(const struct trace *trace) { return (uint64_t)atomic_load(&trace->bytes); }

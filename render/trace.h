@@ -48,7 +48,4 @@ float trace_radius(const struct trace *trace);
 /* Rays traced so far by all threads: closest + occluded. Call it when none is tracing. */
 uint64_t trace_rays(const struct trace *trace);
 
-/* Bytes that Embree holds. */
-uint64_t trace_bytes(const struct trace *trace);
-
 #endif
