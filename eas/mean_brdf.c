@@ -183,7 +183,7 @@ static float smith(float alpha2, float c) { return .5f * (sqrtf(1 + alpha2 * max
  * between r^2/8, which keeps a Gaussian's variance, and r^2/4, which keeps the mean at the peak. */
 static rgb ggx_disc(const struct lobe *lobe, float3 wo, float3 wi, float r)
 {
-    float share = 1, alpha2 = sqr(lobe->alpha);
+    float share = 1, alpha2 = lobe->alpha_x * lobe->alpha_y;
     if (wi.z <= -r) return vec3(0, 0, 0);
     if (wi.z < r) { /* the middle of the height above stands for it */
         wi.z = .5f * (wi.z + r);

@@ -17,12 +17,6 @@
 
 #include "eas/brdf.h"
 
-/* A spherical cap: unit axis, solid angle in sr (0 … 2 pi). */
-struct cap {
-    float3 axis;
-    float omega;
-};
-
 struct mean_brdf; /* the tables; read-only after building: any thread may use them */
 
 /* NULL where memory runs out. Takes some tens of milliseconds. */

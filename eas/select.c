@@ -40,7 +40,7 @@ struct selection {
 static struct lobe stand_in(const struct lobe *lobe)
 {
     if (lobe->type == LOBE_PHONG) return *lobe;
-    float exponent = maxf((2 / sqr(lobe->alpha) - 2) / 4, 1);
+    float exponent = maxf((2 / (lobe->alpha_x * lobe->alpha_y) - 2) / 4, 1);
     return (struct lobe){.type = LOBE_PHONG, .weight = mul(lobe->weight, lobe->f0), .exponent = exponent};
 }
 

@@ -23,7 +23,7 @@ static struct lobe phong(float exponent) { return brdf_phong(vec3(0, 0, 0), vec3
 static struct lobe metal(float roughness)
 {
     return (struct lobe){
-        .type = LOBE_METAL, .weight = {1, 1, 1}, .alpha = roughness * roughness, .f0 = {1, 1, 1}, .f82 = {1, 1, 1}};
+        .type = LOBE_METAL, .weight = {1, 1, 1}, .alpha_x = roughness * roughness, .alpha_y = roughness * roughness, .f0 = {1, 1, 1}, .f82 = {1, 1, 1}};
 }
 
 static struct brdf principled(float metallic, float roughness, float cos_o)
@@ -182,7 +182,7 @@ static void reciprocity(void **state)
     struct lobe lobes[] = {
         phong(50),
         metal(0.4f),
-        {.type = LOBE_DIELECTRIC, .weight = {1, 1, 1}, .alpha = 0.1f, .ior = 1.5f, .f0 = {0.04f, 0.04f, 0.04f}}};
+        {.type = LOBE_DIELECTRIC, .weight = {1, 1, 1}, .alpha_x = 0.1f, .alpha_y = 0.1f, .ior = 1.5f, .f0 = {0.04f, 0.04f, 0.04f}}};
     float3 a = direction(0.4f, 0.5f), b = direction(0.7f, 3.3f);
     for (int i = 0; i < 3; i++)
         assert_float_equal(lobe_eval(&lobes[i], N, a, b).x / lobe_eval(&lobes[i], N, b, a).x, 1, 1e-5f);
