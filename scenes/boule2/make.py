@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes boule2.blend beside this file: a glossy ball on a checkered diffuse floor, in four walls under an environment map.
+"""Makes boule2.blend beside this file: a glossy ball on a checkered diffuse floor, in four walls under an environment
+map.
 
     python3 scenes/boule2/make.py
 """

@@ -121,7 +121,8 @@ def test_a_phong_file_renders_far_from_its_shader(tmp_path):
 
 
 def test_set_replaces_an_exponent(tmp_path):
-    changed, _ = render(CORNELL, tmp_path / "a.exr", "--spp", 16, "--size", "32x32", "--set", "materials/Back/exponent=0")
+    changed, _ = render(CORNELL, tmp_path / "a.exr", "--spp", 16, "--size", "32x32",
+                        "--set", "materials/Back/exponent=0")
     stayed, _ = render(CORNELL, tmp_path / "b.exr", "--spp", 16, "--size", "32x32")
     assert rgb(stayed)[8, 15].min() > 1 > rgb(changed)[8, 15].max()  # the lamp's reflection in the back wall
     same, _ = render(CORNELL, tmp_path / "c.exr", "--spp", 16, "--size", "32x32",
