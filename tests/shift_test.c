@@ -40,7 +40,7 @@ static struct scene_material wall(float r, float g, float b)
     return material;
 }
 
-/* scenes/cornell/cornell_glossy.blend, by hand. */
+/* scenes/cornell_glossy/cornell_glossy.blend, by hand. */
 static int setup(void **state)
 {
     struct room *room = calloc(1, sizeof *room);
