@@ -8,8 +8,8 @@
 /* Samples of a pixel that are grouped together: a power of two, for the sequence. */
 enum { SEED_PIXEL = 401, BATCH = 16 };
 
-/* Shadow rays a camera ray: to lamp samples (a power of two), and for highlights to what makes them. */
-enum { SHADOW_RAYS = 4, HIGHLIGHT_RAYS = 2 };
+/* Shadow rays a camera ray: a power of two. */
+enum { SHADOW_RAYS = 4 };
 
 /* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
@@ -35,7 +35,6 @@ struct group {
     float3 origins[BATCH];
     int count;
     bool averages; /* direct_averages at the first */
-    struct direct_share share;
 };
 
 /* The group that the point joins. */
@@ -174,7 +173,7 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
             /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself.
              */
             float u[3] = {((float)k + turn) / (float)lamps_count, on_lamp.x, on_lamp.y};
-            rgb light = direct_sample(&cached->direct, &point, u, averages, &group->share);
+            rgb light = direct_sample(&cached->direct, &point, u, averages);
             pixel->direct = mad(pixel->direct, light, 1.0f / SHADOW_RAYS);
         }
         if (averages && from_eas) continue;
@@ -187,9 +186,8 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         struct point point = group_mean(&groups[i]);
         float samples = (float)groups[i].count;
         look_up(cached, &point, samples, pixel, &rng);
-        if (!groups[i].averages) point.brdf.lobe_count = 0; /* sampled already */
-        rgb light = direct_light(&cached->direct, &point, &groups[i].share, groups[i].origins, groups[i].count,
-                                 HIGHLIGHT_RAYS * groups[i].count, &rng);
+        rgb light = direct_light(&cached->direct, &point, groups[i].averages, groups[i].origins, groups[i].count,
+                                 SHADOW_RAYS * groups[i].count, &rng);
         pixel->direct = mad(pixel->direct, light, samples);
     }
 }

@@ -9,8 +9,8 @@
 enum { RUNS = 8, SIDE = 6, CELLS = RUNS * SIDE * SIDE };
 
 /* An environment alone has the same cells everywhere. */
-enum { SKY_CELLS = 512, MOST_CELLS = SKY_CELLS };
-_Static_assert(CELLS <= MOST_CELLS, "room for the cells of lamps");
+enum { SKY_CELLS = 512 };
+#define MOST_CELLS SKY_CELLS /* of the two */
 
 /* Lobes narrower than this, rad, aren't resolved: n = 300. */
 #define LEAST_WIDTH .08f
@@ -92,28 +92,24 @@ static void prepare_lobes(const struct direct *direct, const struct point *point
         lobes[i] = mean_lobe(direct->tables, &point->brdf.lobes[i], point->n, point->wo);
 }
 
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages,
-                  struct direct_share *share)
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages)
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
-    rgb averaged = {0}, sampled = {0};
-    if (!lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sampled;
-    float cosine = maxf(dot(light.wi, point->n), 0);
-    *(direct->sky ? &averaged : &sampled) = scale(mul(light.weight, brdf->kd), cosine / PI);
+    rgb sum = {0};
+    if ((direct->sky || is_black(brdf->kd)) && (averages || brdf->lobe_count == 0)) return sum;
+    if (!lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sum;
+    float cosine = dot(light.wi, point->n);
+    if (cosine <= 0 || dot(light.wi, point->ng) <= 0) return sum;
+    if (!direct->sky) sum = scale(mul(light.weight, brdf->kd), cosine / PI);
     for (int i = 0; !averages && i < brdf->lobe_count; i++) {
         const struct lobe *lobe = &brdf->lobes[i];
         float mis = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
         rgb f = lobe_eval(lobe, point->n, point->wo, light.wi);
-        sampled = mad(sampled, mul(light.weight, f), cosine * mis);
+        sum = mad(sum, mul(light.weight, f), cosine * mis);
     }
-    if (is_black(averaged) && is_black(sampled)) return sampled;
-    bool lit = cosine > 0 && dot(light.wi, point->ng) > 0 &&
-               !trace_occluded(direct->model->trace, point->origin, light.wi, light.distance);
-    share->asked = add(share->asked, averaged);
-    if (!lit) return vec3(0, 0, 0);
-    share->lit = add(share->lit, averaged);
-    return sampled;
+    bool lit = !is_black(sum) && !trace_occluded(direct->model->trace, point->origin, light.wi, light.distance);
+    return lit ? sum : vec3(0, 0, 0);
 }
 
 static rgb ratio(rgb a, rgb b)
@@ -143,29 +139,32 @@ static bool cell_lit(const struct direct *direct, const struct point *point, flo
     return dot(wi, point->ng) > 0 && !trace_occluded(direct->model->trace, origin, wi, distance);
 }
 
-rgb direct_light(const struct direct *direct, const struct point *point, const struct direct_share *share,
-                 const float3 *origins, int count, int rays, struct rng *rng)
+rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins,
+                 int count, int rays, struct rng *rng)
 {
     struct mean_lobe lobes[2];
     struct cell cells[MOST_CELLS];
-    rgb light[MOST_CELLS], e = {0}, specular = {0};
+    rgb light[MOST_CELLS], total = {0}, diffuse = direct->sky ? scale(point->brdf.kd, 1 / PI) : vec3(0, 0, 0);
     float sum = 0;
-    bool diffuse_lit = !is_black(share->lit);
     int cell_count = direct->sky ? direct->sky_count : CELLS;
-    if (point->brdf.lobe_count == 0 && !diffuse_lit) return e;
+    averages = averages && point->brdf.lobe_count > 0;
+    if (!averages && is_black(diffuse)) return total;
     prepare_lobes(direct, point, lobes);
     for (int i = 0; i < cell_count; i++) {
+        rgb f_cos = {0};
         if (direct->sky) {
             const struct environment_cell *sky = &direct->sky[i];
-            if (diffuse_lit) e = mad(e, sky->flux, sky->spread * maxf(dot(sky->wi, point->n), 0));
+            f_cos = scale(diffuse, sky->spread * maxf(dot(sky->wi, point->n), 0));
             /* The cap whose directions are spread as much: the mean cosine to its axis is 1 - omega/4pi. */
             cells[i] = (struct cell){sky->wi, 4 * PI * (1 - sky->spread), sky->flux};
         } else {
             cells[i] = lamp_cell(direct->model->lights, point, i);
         }
-        light[i] =
-            is_black(cells[i].weight) ? (rgb){0} : mul(cells[i].weight, lobes_over(&point->brdf, lobes, &cells[i]));
-        specular = add(specular, light[i]);
+        light[i] = vec3(0, 0, 0);
+        if (is_black(cells[i].weight)) continue;
+        if (averages) f_cos = add(f_cos, lobes_over(&point->brdf, lobes, &cells[i]));
+        light[i] = mul(cells[i].weight, f_cos);
+        total = add(total, light[i]);
         sum += luminance(light[i]);
     }
     /* Shadow rays at equal steps through the cells' light, from a random start. */
@@ -174,11 +173,10 @@ rgb direct_light(const struct direct *direct, const struct point *point, const s
     for (int i = 0, k = 0; i < cell_count && sum > 0; i++) {
         float own = luminance(light[i]);
         for (passed += own; next < passed && k < rays; next += step, k++) {
-            rgb share_of = scale(light[i], 1 / own);
-            asked = add(asked, share_of);
-            if (cell_lit(direct, point, origins[k % count], i, &cells[i], rng)) lit = add(lit, share_of);
+            rgb share = scale(light[i], 1 / own);
+            asked = add(asked, share);
+            if (cell_lit(direct, point, origins[k % count], i, &cells[i], rng)) lit = add(lit, share);
         }
     }
-    rgb diffuse = mul(scale(point->brdf.kd, 1 / PI), e);
-    return add(mul(diffuse, ratio(share->lit, share->asked)), mul(specular, ratio(lit, asked)));
+    return mul(total, ratio(lit, asked));
 }
