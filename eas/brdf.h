@@ -19,12 +19,12 @@ enum lobe_type {
 
 struct lobe {
     enum lobe_type type;
-    rgb weight;     /* factor: ks for Phong; compensation and layering included for GGX */
-    float exponent; /* PHONG: n */
+    rgb weight;             /* factor: ks for Phong; compensation and layering included for GGX */
+    float exponent;         /* PHONG: n */
     float alpha_x, alpha_y; /* GGX: roughness squared along the tangent and across it, GGX_ALPHA_MIN to 1 */
     float3 tangent;         /* GGX: where the two differ: any direction but n's, its part at right angles to n counts */
-    float ior;      /* DIELECTRIC: the curve that leads from f0 to 1 */
-    rgb f0, f82;    /* GGX: reflectance at normal incidence; METAL: factor on Schlick's curve at 82 degrees */
+    float ior;              /* DIELECTRIC: the curve that leads from f0 to 1 */
+    rgb f0, f82;            /* GGX: reflectance at normal incidence; METAL: factor on Schlick's curve at 82 degrees */
 };
 
 struct brdf {

@@ -48,12 +48,11 @@ static inline float laguerre(float r, float trace, float minors, float det)
     return r - 3 * f / (f1 + sqrtf(maxf(4 * f1 * f1 - 6 * f * f2, 0)));
 }
 
-/* A cap above the horizon; height: 1 - cos(theta). Its rim's half vectors are b + sqrt(td) cos(t) d + sqrt(tx) sin(t) x,
- * with tangents tan(theta/2) along d and sqrt((1 - cos(theta))/(cos(theta) + wo.axis)) along x. Stretched, it is a cone
- * again, about the eigenvector v of
- *     P = b b' - td d d' - tx x x'
- * with the positive eigenvalue r; -P/r at right angles to v is the cone's section there, and a1 a2 pi the area of the
- * ellipse that it cuts out of the unit sphere, seen along v. The integral of p dp over the cone is pi a1 a2 v. */
+/* A cap above the horizon; height: 1 - cos(theta). Its rim's half vectors are b + sqrt(td) cos(t) d + sqrt(tx) sin(t)
+ * x, with tangents tan(theta/2) along d and sqrt((1 - cos(theta))/(cos(theta) + wo.axis)) along x. Stretched, it is a
+ * cone again, about the eigenvector v of P = b b' - td d d' - tx x x' with the positive eigenvalue r; -P/r at right
+ * angles to v is the cone's section there, and a1 a2 pi the area of the ellipse that it cuts out of the unit sphere,
+ * seen along v. The integral of p dp over the cone is pi a1 a2 v. */
 static inline struct sums whole(const struct mean_ggx *m, float3 axis, float height)
 {
     float cosine = dot(m->wo, axis);
@@ -83,13 +82,14 @@ static inline struct sums whole(const struct mean_ggx *m, float3 axis, float hei
 
     /* The ellipse in f's plane, {L (cos, sin)} with L lower triangular: L L' = S/(1 + S), S = -P/r. */
     float3 bf = to_local(f, b), df = to_local(f, d), xf = to_local(f, x), seen = to_local(f, m->stretched);
-    float s11 = td * df.x * df.x + tx * xf.x * xf.x - bf.x * bf.x, s12 = td * df.x * df.y + tx * xf.x * xf.y - bf.x * bf.y;
+    float s11 = td * df.x * df.x + tx * xf.x * xf.x - bf.x * bf.x,
+          s12 = td * df.x * df.y + tx * xf.x * xf.y - bf.x * bf.y;
     float s22 = td * df.y * df.y + tx * xf.y * xf.y - bf.y * bf.y, s = maxf(s11 * s22 - s12 * s12, 0);
     float per = 1 / (r * (r + s11 + s22) + s), l11 = sqrtf(maxf((r * s11 + s) * per, 1e-20f));
     float l21 = r * s12 * per / l11, l22 = area / l11;
 
-    /* Points 1/sqrt(2) of the way to the rim along two conjugate radii have an ellipse's second moments. Each stands for
-     * a quarter of the area; dp is dA/p.v. */
+    /* Points 1/sqrt(2) of the way to the rim along two conjugate radii have an ellipse's second moments. Each stands
+     * for a quarter of the area; dp is dA/p.v. */
     const float inner = .70710678f;
     l11 *= inner, l21 *= inner, l22 *= inner;
     float h1 = sqrtf(maxf(1 - l11 * l11 - l21 * l21, .1f)), h2 = sqrtf(maxf(1 - l22 * l22, .1f));
@@ -136,7 +136,8 @@ static struct sums clipped(const struct mean_ggx *m, float3 axis, float height)
     /* Elevations are from the mirror direction's, azimuths from its, which is (ux, uy). */
     float ux = level_o > 2e-4f ? -wo.x / level_o : 1, uy = level_o > 2e-4f ? -wo.y / level_o : 0;
     float cosine = (axis.x * ux + axis.y * uy) / level_a, sine = (axis.y * ux - axis.x * uy) / level_a;
-    float azimuth = cosine > 0 ? sine / (1 + cosine) : (1 - cosine) / (sine < 0 ? minf(sine, -1e-6f) : maxf(sine, 1e-6f));
+    float azimuth =
+        cosine > 0 ? sine / (1 + cosine) : (1 - cosine) / (sine < 0 ? minf(sine, -1e-6f) : maxf(sine, 1e-6f));
     float elevation = wo.z / (1 + level_o);
     float cos_top = level_a * cos_theta - axis.z * sin_theta, sin_top = axis.z * cos_theta + level_a * sin_theta;
     /* p.p = z^2 + across y^2 + along (x's distance from the line mixed y)^2 for h = (x, y, z) along (ux, uy). */
@@ -172,7 +173,8 @@ static struct sums clipped(const struct mean_ggx *m, float3 axis, float height)
             u -= u > 1 ? 2 : 0;
             float t = tan_sum(uncrowd(u, width[i], &slope), peak[i]), per = level[i] / (1 + t * t);
             float x = (1 - t * t) * per, y = 2 * t * per;
-            float3 h = {x * ux - y * uy + wo.x, x * uy + y * ux + wo.y, z[i] + wo.z}, p = {h.x * per_x, h.y * per_y, h.z};
+            float3 h = {x * ux - y * uy + wo.x, x * uy + y * ux + wo.y, z[i] + wo.z},
+                   p = {h.x * per_x, h.y * per_y, h.z};
             /* D(h) h.wo dh = D(h)/4 dwi, and D(h) is 1/(pi alpha_x alpha_y |A h|^4) of the unit h. */
             float d = sqr(dot(h, h) / dot(p, p));
             sums[i] = add_half(sums[i], m, p, d * share[i] * slope * column_nodes[j][1]);

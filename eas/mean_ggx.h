@@ -3,10 +3,10 @@
  *
  * The half vectors of a viewer and a circular cap fill a cone over an ellipse. In the space where microfacets are
  * stretched to a hemisphere, D(h) (h.wo) dh is a cosine (Heitz 2018, "Sampling the GGX distribution of visible
- * normals"), and the integral of a cosine over an elliptic cone is known: so far nothing is approximated, and the eigenvalue
- * of a 3 x 3 matrix is all it takes. What is left of f cos, masking and Fresnel reflectance, varies slowly and is
- * averaged over four points of the ellipse. A cap that the horizon cuts is a sum over 48 points that crowd where the
- * lobe is, all above the horizon. Any thread may call any of it.
+ * normals"), and the integral of a cosine over an elliptic cone is known: so far nothing is approximated, and the
+ * eigenvalue of a 3 x 3 matrix is all it takes. What is left of f cos, masking and Fresnel reflectance, varies slowly
+ * and is averaged over four points of the ellipse. A cap that the horizon cuts is a sum over 48 points that crowd where
+ * the lobe is, all above the horizon. Any thread may call any of it.
  *
  * Errors, rms / largest, relative to the integral's largest value over viewers (tests/mean_ggx_bench.c), for alphas of
  * .03 to 1: ERRORS

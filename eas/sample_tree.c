@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eas/sample_tree.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -43,7 +44,7 @@ static struct cell child_cell(struct cell cell, uint32_t child)
 }
 
 /* The EAS of a set of samples: means of position and normal weighed by luminance x solid angle, by solid angle where
- * all is black. */
+ * all is black, or as good as. */
 static struct eas summarise(const struct gather_sample *samples, const struct tree_entry *entries, uint32_t count,
                             float3 origin)
 {
@@ -63,7 +64,7 @@ static struct eas summarise(const struct gather_sample *samples, const struct tr
         omega += s->omega;
         power = mad(power, s->radiance, s->omega);
     }
-    int k = weight[0] > 0 ? 0 : 1;
+    int k = weight[0] >= FLT_MIN ? 0 : 1; /* below it 1 / weight overflows */
     return eas_make(origin, scale(position[k], 1 / weight[k]), normal[k], scale(power, 1 / omega), omega, infinite);
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "import/scene.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -200,6 +201,50 @@ bool scene_read(const char *folder, struct scene *scene, char error[SCENE_ERROR]
     json_close(&file);
     if (file.failed) scene_free(scene);
     return !file.failed;
+}
+
+bool scene_set(struct scene *scene, const char *assignment, char error[SCENE_ERROR])
+{
+    static const char folder[] = "materials/";
+    static const struct {
+        const char *name;
+        enum material_type type;
+        double most;
+    } properties[] = {{"exponent", MATERIAL_PHONG, FLT_MAX}, {"roughness", MATERIAL_PRINCIPLED, 1}};
+    const char *equals = strrchr(assignment, '='), *slash = equals;
+    while (slash && slash > assignment && *slash != '/') slash--;
+    size_t start = sizeof folder - 1;
+    if (strncmp(assignment, folder, start) != 0 || !slash || slash < assignment + start) {
+        snprintf(error, SCENE_ERROR, "%.200s: expected materials/NAME/exponent=VALUE or materials/NAME/roughness=VALUE",
+                 assignment);
+        return false;
+    }
+    const char *name = assignment + start, *property = slash + 1;
+    int name_length = (int)(slash - name), property_length = (int)(equals - property);
+    char *end;
+    double value = strtod(equals + 1, &end);
+    for (int p = 0; p < (int)(sizeof properties / sizeof *properties); p++) {
+        if (strncmp(property, properties[p].name, (size_t)property_length) != 0 ||
+            properties[p].name[property_length] != '\0')
+            continue;
+        if (end == equals + 1 || *end || !(value >= 0 && value <= properties[p].most)) {
+            snprintf(error, SCENE_ERROR, "%.200s: found '%.40s', expected a number from 0 to %g", assignment,
+                     equals + 1, properties[p].most);
+            return false;
+        }
+        for (int i = 0; i < scene->material_count; i++) {
+            struct scene_material *material = &scene->materials[i];
+            if (material->type != properties[p].type || strncmp(material->name, name, (size_t)name_length) != 0 ||
+                material->name[name_length] != '\0')
+                continue;
+            struct scene_scalar set = {(float)value, SCENE_NONE};
+            *(material->type == MATERIAL_PHONG ? &material->exponent : &material->roughness) = set;
+            return true;
+        }
+    }
+    snprintf(error, SCENE_ERROR, "%.200s: no material '%.*s' with the property '%.*s' in the scene", assignment,
+             name_length < 80 ? name_length : 80, name, property_length < 40 ? property_length : 40, property);
+    return false;
 }
 
 void scene_free(struct scene *scene)

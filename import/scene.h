@@ -157,6 +157,11 @@ struct scene {
  * sentence in error: file, line:column or JSON path, what was found, what was expected. */
 bool scene_read(const char *folder, struct scene *scene, char error[SCENE_ERROR]);
 
+/* Replaces a constant or textured property of a material: "materials/NAME/exponent=VALUE" (phong, >= 0) or
+ * "materials/NAME/roughness=VALUE" (principled, 0 .. 1). NAME may hold slashes. False and one sentence where the text
+ * is no such thing or no material has the name or the property. */
+bool scene_set(struct scene *scene, const char *assignment, char error[SCENE_ERROR]);
+
 /* Frees all that *scene owns and empties it; an empty one is fine. */
 void scene_free(struct scene *scene);
 

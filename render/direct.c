@@ -8,8 +8,12 @@
  * smooth lobe far better than scattered points. */
 enum { RUNS = 8, SIDE = 6, CELLS = RUNS * SIDE * SIDE };
 
-/* An environment alone has the same cells everywhere: a grid over its importance, each the mean of a finer grid. */
-enum { SKY_SIDE = 24, SKY_PARTS = 12 };
+/* An environment alone has the same cells everywhere. */
+enum { SKY_CELLS = 512 };
+#define MOST_CELLS SKY_CELLS /* of the two */
+
+/* Shadow rays where light comes from one side of an edge. */
+enum { MOST_RAYS = 128, REFINE = 4 };
 
 /* Lobes narrower than this, rad, aren't resolved: n = 300. */
 #define LEAST_WIDTH .08f
@@ -29,53 +33,41 @@ bool direct_averages(const struct direct *direct, const struct point *point)
     return direct_resolves(&point->brdf) && lights_widest(direct->model->lights, point->origin) < MOST_SOLID_ANGLE;
 }
 
-/* A light sample as a cell, one of `count`. */
-static struct direct_cell cell_of(const struct light_sample *light, int count)
-{
-    float omega = light->pdf > 0 ? minf(1 / (light->pdf * (float)count), 2 * PI) : 0;
-    return (struct direct_cell){light->wi, 1, omega, scale(light->weight, 1 / (float)count)};
-}
+/* Part of the lamps, as a point sees it. */
+struct cell {
+    float3 wi;   /* unit, its mean direction */
+    float omega; /* solid angle, sr; 0: a point */
+    rgb weight;  /* radiance x omega, W/m2 before the cosine */
+};
 
-/* Cell i of CELLS. */
-static bool lamp_cell(const struct lights *lights, float3 p, float3 n, int i, struct direct_cell *cell)
+/* Cell i of CELLS by the light sample at the place (x, y) in it, .5 each: its middle. */
+static bool lamp_sample_in(const struct lights *lights, const struct point *point, int i, float x, float y,
+                           struct light_sample *light)
 {
     int run = i / (SIDE * SIDE), row = i / SIDE % SIDE, column = i % SIDE;
-    float u[3] = {((float)i + .5f) / (float)CELLS, ((float)row + (run & 1 ? .75f : .25f)) / (float)SIDE,
-                  ((float)column + (run & 2 ? .75f : .25f)) / (float)SIDE};
+    /* The runs' shifts interleave their middles; jittered places wrap within the run's square. */
+    float v = ((float)row + y + (run & 1 ? .25f : -.25f)) / (float)SIDE,
+          w = ((float)column + x + (run & 2 ? .25f : -.25f)) / (float)SIDE;
+    float u[3] = {((float)i + .5f) / (float)CELLS, v - floorf(v), w - floorf(w)};
+    return lights_sample(lights, point->origin, point->n, u, light);
+}
+
+static struct cell lamp_cell(const struct lights *lights, const struct point *point, int i)
+{
     struct light_sample light;
-    if (!lights_sample(lights, p, n, u, &light)) return false;
-    *cell = cell_of(&light, CELLS);
-    return true;
+    if (!lamp_sample_in(lights, point, i, .5f, .5f, &light)) return (struct cell){.omega = 0};
+    float omega = light.pdf > 0 ? minf(1 / (light.pdf * (float)CELLS), 2 * PI) : 0;
+    return (struct cell){light.wi, omega, scale(light.weight, 1 / (float)CELLS)};
 }
 
-static struct direct_cell sky_cell(const struct lights *lights, int row, int column)
+bool direct_prepare(const struct model *model, const struct mean_brdf *tables, struct direct *direct)
 {
-    struct direct_cell cell = {.omega = 0};
-    float luminances = 0;
-    for (int k = 0; k < SKY_PARTS * SKY_PARTS; k++) {
-        struct light_sample part;
-        float u[3] = {.5f, ((float)row + ((float)(k / SKY_PARTS) + .5f) / SKY_PARTS) / SKY_SIDE,
-                      ((float)column + ((float)(k % SKY_PARTS) + .5f) / SKY_PARTS) / SKY_SIDE};
-        if (!lights_sample(lights, vec3(0, 0, 0), vec3(0, 0, 1), u, &part)) continue;
-        struct direct_cell one = cell_of(&part, SKY_SIDE * SKY_SIDE * SKY_PARTS * SKY_PARTS);
-        cell.weight = add(cell.weight, one.weight);
-        cell.omega += one.omega;
-        cell.wi = mad(cell.wi, one.wi, luminance(one.weight));
-        luminances += luminance(one.weight);
-    }
-    cell.spread = luminances > 0 ? length(cell.wi) / luminances : 0;
-    cell.wi = normalize(cell.wi);
-    return cell;
-}
-
-bool direct_prepare(const struct model *model, const struct mean_brdf *tables, int shadow_rays, struct direct *direct)
-{
-    *direct = (struct direct){model, tables, shadow_rays, NULL};
-    if (!lights_environment_only(model->lights)) return true;
-    direct->sky = malloc(SKY_SIDE * SKY_SIDE * sizeof *direct->sky);
-    for (int i = 0; direct->sky && i < SKY_SIDE * SKY_SIDE; i++)
-        direct->sky[i] = sky_cell(model->lights, i / SKY_SIDE, i % SKY_SIDE);
-    return direct->sky != NULL;
+    *direct = (struct direct){.model = model, .tables = tables};
+    struct environment_cell *sky = malloc(SKY_CELLS * sizeof *sky);
+    direct->sky_count = sky ? lights_cells(model->lights, SKY_CELLS, sky) : -1;
+    if (direct->sky_count > 0) direct->sky = sky;
+    else free(sky);
+    return direct->sky_count >= 0;
 }
 
 void direct_free(struct direct *direct)
@@ -84,17 +76,23 @@ void direct_free(struct direct *direct)
     direct->sky = NULL;
 }
 
-/* The mean over the cell of f cos, all lobes together. */
-static rgb lobes_over(const struct brdf *brdf, const struct mean_lobe *lobes, const struct direct_cell *cell)
+/* Adds to f_cos, one a cell, the mean over the cell of all lobes' f cos. */
+static void add_lobes(const struct brdf *brdf, const struct mean_lobe *lobes, const struct cell *cells, int count,
+                      rgb *f_cos)
 {
-    rgb f_cos = {0};
-    for (int i = 0; i < brdf->lobe_count; i++) {
-        const struct mean_lobe *m = &lobes[i];
-        if (cell->omega > 1e-6f)
-            f_cos = mad(f_cos, mean_lobe_cap(m, (struct cap){cell->wi, cell->omega}), 1 / cell->omega);
-        else f_cos = mad(f_cos, lobe_eval(m->lobe, m->n, m->wo, cell->wi), maxf(dot(cell->wi, m->n), 0));
+    struct cap caps[MOST_CELLS];
+    rgb values[MOST_CELLS];
+    for (int i = 0; i < count; i++) caps[i] = (struct cap){cells[i].wi, cells[i].omega};
+    for (int k = 0; k < brdf->lobe_count; k++) {
+        const struct mean_lobe *m = &lobes[k];
+        mean_lobe_caps(m, caps, count, values);
+        for (int i = 0; i < count; i++) {
+            if (caps[i].omega > 1e-6f) f_cos[i] = mad(f_cos[i], values[i], 1 / caps[i].omega);
+            else
+                f_cos[i] =
+                    mad(f_cos[i], lobe_eval(m->lobe, m->n, m->wo, caps[i].axis), maxf(dot(caps[i].axis, m->n), 0));
+        }
     }
-    return f_cos;
 }
 
 static void prepare_lobes(const struct direct *direct, const struct point *point, struct mean_lobe lobes[2])
@@ -103,38 +101,24 @@ static void prepare_lobes(const struct direct *direct, const struct point *point
         lobes[i] = mean_lobe(direct->tables, &point->brdf.lobes[i], point->n, point->wo);
 }
 
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages,
-                  struct direct_share *share)
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages)
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
-    rgb averaged[DIRECT_PARTS] = {{0}}, sampled = {0};
-    if (!lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sampled;
-    float cosine = maxf(dot(light.wi, point->n), 0);
-    rgb diffuse = scale(mul(light.weight, brdf->kd), cosine / PI);
-    if (direct->sky) averaged[DIRECT_DIFFUSE] = diffuse;
-    else sampled = diffuse;
-    if (averages) {
-        struct mean_lobe lobes[2];
-        prepare_lobes(direct, point, lobes);
-        struct direct_cell cell = cell_of(&light, direct->shadow_rays);
-        averaged[DIRECT_LOBES] = mul(light.weight, lobes_over(brdf, lobes, &cell));
-    } else {
-        for (int i = 0; i < brdf->lobe_count; i++) {
-            const struct lobe *lobe = &brdf->lobes[i];
-            float mis = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
-            rgb f = lobe_eval(lobe, point->n, point->wo, light.wi);
-            sampled = mad(sampled, mul(light.weight, f), cosine * mis);
-        }
+    rgb sum = {0};
+    if ((direct->sky || is_black(brdf->kd)) && (averages || brdf->lobe_count == 0)) return sum;
+    if (!lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sum;
+    float cosine = dot(light.wi, point->n);
+    if (cosine <= 0 || dot(light.wi, point->ng) <= 0) return sum;
+    if (!direct->sky) sum = scale(mul(light.weight, brdf->kd), cosine / PI);
+    for (int i = 0; !averages && i < brdf->lobe_count; i++) {
+        const struct lobe *lobe = &brdf->lobes[i];
+        float mis = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
+        rgb f = lobe_eval(lobe, point->n, point->wo, light.wi);
+        sum = mad(sum, mul(light.weight, f), cosine * mis);
     }
-    if (is_black(averaged[DIRECT_DIFFUSE]) && is_black(averaged[DIRECT_LOBES]) && is_black(sampled)) return sampled;
-    bool lit = cosine > 0 && dot(light.wi, point->ng) > 0 &&
-               !trace_occluded(direct->model->trace, point->origin, light.wi, light.distance);
-    for (int k = 0; k < DIRECT_PARTS; k++) {
-        share->asked[k] = add(share->asked[k], averaged[k]);
-        if (lit) share->lit[k] = add(share->lit[k], averaged[k]);
-    }
-    return lit ? sampled : vec3(0, 0, 0);
+    bool lit = !is_black(sum) && !trace_occluded(direct->model->trace, point->origin, light.wi, light.distance);
+    return lit ? sum : vec3(0, 0, 0);
 }
 
 static rgb ratio(rgb a, rgb b)
@@ -142,22 +126,115 @@ static rgb ratio(rgb a, rgb b)
     return vec3(b.x > 0 ? a.x / b.x : 0, b.y > 0 ? a.y / b.y : 0, b.z > 0 ? a.z / b.z : 0);
 }
 
-rgb direct_light(const struct direct *direct, const struct point *point, const struct direct_share *share)
+/* Whether light comes through from a random place in cell i. */
+static bool cell_lit(const struct direct *direct, const struct point *point, float3 origin, int i,
+                     const struct cell *cell, struct rng *rng)
 {
-    bool lobes_lit = !is_black(share->lit[DIRECT_LOBES]);
-    if (!lobes_lit && is_black(share->lit[DIRECT_DIFFUSE])) return vec3(0, 0, 0);
-    struct mean_lobe lobes[2];
-    rgb e = {0}, specular = {0};
-    prepare_lobes(direct, point, lobes);
-    int count = direct->sky ? SKY_SIDE * SKY_SIDE : CELLS;
-    for (int i = 0; i < count; i++) {
-        struct direct_cell cell;
-        if (direct->sky) cell = direct->sky[i];
-        else if (!lamp_cell(direct->model->lights, point->origin, point->n, i, &cell)) continue;
-        e = mad(e, cell.weight, cell.spread * maxf(dot(cell.wi, point->n), 0));
-        if (lobes_lit) specular = add(specular, mul(cell.weight, lobes_over(&point->brdf, lobes, &cell)));
+    float3 wi = cell->wi;
+    float distance = INFINITY, x = rng_float(rng), y = rng_float(rng);
+    if (direct->sky) { /* in the cell's cap */
+        float z = 1 - x * cell->omega * (1 / (2 * PI)), r = sqrtf(maxf(1 - z * z, 0));
+        wi = to_world(frame_about(wi), vec3(r * cosf(2 * PI * y), r * sinf(2 * PI * y), z));
+    } else {
+        struct light_sample light;
+        if (!lamp_sample_in(direct->model->lights, point, i, x, y, &light) &&
+            !lamp_sample_in(direct->model->lights, point, i, .5f, .5f, &light))
+            return false;
+        /* Sampled from the mean point: the same place from this origin. */
+        float3 to = isinf(light.distance) ? light.wi : sub(mad(point->origin, light.wi, light.distance), origin);
+        distance = isinf(light.distance) ? INFINITY : length(to);
+        wi = normalize(to);
     }
-    rgb diffuse = mul(scale(point->brdf.kd, 1 / PI), e);
-    return add(mul(diffuse, ratio(share->lit[DIRECT_DIFFUSE], share->asked[DIRECT_DIFFUSE])),
-               mul(specular, ratio(share->lit[DIRECT_LOBES], share->asked[DIRECT_LOBES])));
+    return dot(wi, point->ng) > 0 && !trace_occluded(direct->model->trace, origin, wi, distance);
+}
+
+/* The light of cells at a point of `origins` by turns, and the shadow rays that find what of it comes through. */
+struct shadow {
+    const struct direct *direct;
+    const struct point *point;
+    const float3 *origins;
+    int origin_count, cell_count;
+    const struct cell *cells;
+    const rgb *light;
+    const float *passed; /* luminance of the light of all cells before each */
+    struct rng *rng;
+};
+
+/* A shadow ray to where the light of all cells, in a row, has reached `at`; its light is counted with `weight`. */
+static bool probe(const struct shadow *s, float at, int origin, float weight, rgb *asked, rgb *lit)
+{
+    int low = 0, high = s->cell_count;
+    while (high - low > 1) {
+        int middle = (low + high) / 2;
+        if (s->passed[middle] <= at) low = middle;
+        else high = middle;
+    }
+    float own = luminance(s->light[low]);
+    if (own <= 0) return false; /* rounding: beyond the last */
+    rgb share = scale(s->light[low], weight / own);
+    bool through = cell_lit(s->direct, s->point, s->origins[origin % s->origin_count], low, &s->cells[low], s->rng);
+    *asked = add(*asked, share);
+    if (through) *lit = add(*lit, share);
+    return through;
+}
+
+/* The share that comes through: a ray for each of `rays` equal strata of the light, whose sum is `sum`; where a
+ * stratum's neighbours disagree, REFINE rays instead. Its own first ray has no say in that, which would bias the mean.
+ */
+static rgb lit_share(const struct shadow *s, float sum, int rays)
+{
+    rgb asked[MOST_RAYS] = {{0}}, lit[MOST_RAYS] = {{0}}, asked_sum = {0}, lit_sum = {0};
+    bool through[MOST_RAYS];
+    float step = sum / (float)rays;
+    for (int k = 0; k < rays; k++)
+        through[k] = probe(s, ((float)k + rng_float(s->rng)) * step, k, 1, &asked[k], &lit[k]);
+    for (int k = 0; k < rays; k++) {
+        int near = 0, of = 0;
+        for (int j = k - 2; j <= k + 2; j++)
+            if (j != k && j >= 0 && j < rays) near += through[j], of++;
+        if (near != 0 && near != of) {
+            asked[k] = lit[k] = vec3(0, 0, 0);
+            for (int j = 0; j < REFINE; j++)
+                probe(s, ((float)k + ((float)j + rng_float(s->rng)) / REFINE) * step, k + j, 1.0f / REFINE, &asked[k],
+                      &lit[k]);
+        }
+        asked_sum = add(asked_sum, asked[k]);
+        lit_sum = add(lit_sum, lit[k]);
+    }
+    return ratio(lit_sum, asked_sum);
+}
+
+rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins,
+                 int count, int rays, struct rng *rng)
+{
+    struct mean_lobe lobes[2];
+    struct cell cells[MOST_CELLS];
+    rgb f_cos[MOST_CELLS], light[MOST_CELLS], total = {0},
+                                              diffuse = direct->sky ? scale(point->brdf.kd, 1 / PI) : vec3(0, 0, 0);
+    float sum = 0, passed[MOST_CELLS + 1];
+    int cell_count = direct->sky ? direct->sky_count : CELLS;
+    averages = averages && point->brdf.lobe_count > 0;
+    if (!averages && is_black(diffuse)) return total;
+    prepare_lobes(direct, point, lobes);
+    for (int i = 0; i < cell_count; i++) {
+        f_cos[i] = vec3(0, 0, 0);
+        if (direct->sky) {
+            const struct environment_cell *sky = &direct->sky[i];
+            f_cos[i] = scale(diffuse, sky->spread * maxf(dot(sky->wi, point->n), 0));
+            /* The cap whose directions are spread as much: the mean cosine to its axis is 1 - omega/4pi. */
+            cells[i] = (struct cell){sky->wi, 4 * PI * (1 - sky->spread), sky->flux};
+        } else {
+            cells[i] = lamp_cell(direct->model->lights, point, i);
+        }
+    }
+    if (averages) add_lobes(&point->brdf, lobes, cells, cell_count, f_cos);
+    for (int i = 0; i < cell_count; i++) {
+        light[i] = mul(cells[i].weight, f_cos[i]);
+        passed[i] = sum;
+        total = add(total, light[i]);
+        sum += luminance(light[i]);
+    }
+    if (sum <= 0) return total;
+    struct shadow shadow = {direct, point, origins, count, cell_count, cells, light, passed, rng};
+    return mul(total, lit_share(&shadow, sum, rays));
 }

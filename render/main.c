@@ -124,6 +124,11 @@ static int command_render(struct options *options)
     struct stats stats = {.threads = omp_get_max_threads(), .spp = options->render.spp};
     if (!prepare_output(options->output, error)) return fail(EXIT_OUTPUT, error);
     if (!scene_read(options->scene, &scene, error)) return fail(EXIT_INPUT, error);
+    for (int i = 0; i < options->set_count; i++)
+        if (!scene_set(&scene, options->sets[i], error)) {
+            scene_free(&scene);
+            return fail(EXIT_INPUT, error);
+        }
     int code = make_picture(&scene, options, &progress, &stats, &image, error);
     if (code == EXIT_DONE && (!write_picture(options, &image, stats.spp, error) ||
                               (options->stats && !stats_write(&stats, options, &progress, error))))

@@ -9,7 +9,18 @@
 
 #define EXIT_USAGE 2
 
-enum key { KEY_STATS = 256, KEY_THREADS, KEY_SEED, KEY_SPP, KEY_SIZE, KEY_IMAGE2, KEY_REFERENCE2, KEY_JSON, KEY_LAYER };
+enum key {
+    KEY_STATS = 256,
+    KEY_SET,
+    KEY_THREADS,
+    KEY_SEED,
+    KEY_SPP,
+    KEY_SIZE,
+    KEY_IMAGE2,
+    KEY_REFERENCE2,
+    KEY_JSON,
+    KEY_LAYER
+};
 
 static const char about[] =
     "Renders glossy scenes with a radiance cache, and measures pictures against each other. `burnish render --help' "
@@ -65,6 +76,8 @@ static const struct argp_option render_arguments[] = {
      "radiance cache of equivalent area sources, irradiance cache with traced specular rays, or path tracing (eas)", 0},
     {"spp", KEY_SPP, "N", 0, "primary rays a pixel (16; path: 64)", 0},
     {"size", KEY_SIZE, "WxH", 0, "pixels (the scene's)", 0},
+    {"set", KEY_SET, "materials/NAME/exponent=VALUE", 0,
+     "replace a Phong material's exponent or a Principled one's roughness; may be given again", 0},
     {"threads", KEY_THREADS, "N", 0, "threads (all cores); the picture does not depend on it", 0},
     {"seed", KEY_SEED, "N", 0, "chooses the random numbers (0)", 0},
     {"stats", KEY_STATS, "FILE.json", 0, "write seconds, rays, records and bytes there", 0},
@@ -84,6 +97,10 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
     case KEY_THREADS: options->threads = (int)number(state, "--threads", text, 1, 1024); return 0;
     case KEY_SEED: options->render.seed = number(state, "--seed", text, 0, INT64_MAX); return 0;
     case KEY_STATS: options->stats = text; return 0;
+    case KEY_SET:
+        if (options->set_count == OPTIONS_SETS) argp_error(state, "--set: at most %d times", OPTIONS_SETS);
+        options->sets[options->set_count++] = text;
+        return 0;
     case ARGP_KEY_ARG:
         if (options->scene) argp_error(state, "found a second scene, '%s', expected one", text);
         options->scene = text;

@@ -9,6 +9,7 @@
 #include "render/render.h"
 
 #define OPTIONS_SIZE_MAX 32768 /* pixels a side */
+#define OPTIONS_SETS 32        /* assignments by --set */
 
 struct options {
     enum command { COMMAND_RENDER, COMMAND_COMPARE } command;
@@ -17,6 +18,8 @@ struct options {
     const char *stats; /* NULL: none */
     int width, height; /* 0: the scene's */
     int threads;       /* 0: all cores */
+    int set_count;
+    const char *sets[OPTIONS_SETS]; /* for scene_set, in the order given */
     struct render_options render;
     /* compare; those that are not given are NULL */
     const char *image, *image2, *reference, *reference2, *difference;

@@ -353,6 +353,40 @@ static void names_a_folder_that_is_no_scene(void **state)
     assert_non_null(strstr(error, "longer"));
 }
 
+static void sets_a_property(void **state)
+{
+    (void)state;
+    struct scene scene;
+    char error[SCENE_ERROR];
+    assert_true(scene_read(EXAMPLE, &scene, error));
+    struct scene_material *phong = NULL, *principled = NULL;
+    for (int i = 0; i < scene.material_count; i++) {
+        if (scene.materials[i].type == MATERIAL_PHONG) phong = &scene.materials[i];
+        if (scene.materials[i].type == MATERIAL_PRINCIPLED) principled = &scene.materials[i];
+    }
+    assert_non_null(phong);
+    assert_non_null(principled);
+    free(phong->name);
+    phong->name = strdup("a/b=c");
+    assert_true(scene_set(&scene, "materials/a/b=c/exponent=12.5", error));
+    assert_true(phong->exponent.value == 12.5f && phong->exponent.texture == SCENE_NONE);
+    char text[256];
+    snprintf(text, sizeof text, "materials/%s/roughness=.25", principled->name);
+    assert_true(scene_set(&scene, text, error));
+    assert_true(principled->roughness.value == .25f);
+    const char *wrong[][2] = {
+        {"materials/a/b=c/exponent=-1", "found '-1'"},       {"materials/a/b=c/exponent=nan", "found 'nan'"},
+        {"materials/a/b=c/exponent=", "found ''"},           {"materials/a/b=c/exponent=1x", "found '1x'"},
+        {"materials/a/b=c/roughness=1", "no material"},      {"materials/a/b=/exponent=1", "no material 'a/b='"},
+        {"materials/a/b=c/exp=1", "the property 'exp'"},     {"material/a/exponent=1", "expected materials/NAME"},
+        {"materials/exponent=1", "expected materials/NAME"}, {"materials/a/b=c/exponent", "no material"}};
+    for (size_t i = 0; i < LENGTH(wrong); i++) {
+        assert_false(scene_set(&scene, wrong[i][0], error));
+        if (!strstr(error, wrong[i][1])) fail_msg("%s: \"%s\", expected \"%s\"", wrong[i][0], error, wrong[i][1]);
+    }
+    scene_free(&scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -361,6 +395,7 @@ int main(void)
         cmocka_unit_test(names_faults_of_the_document),
         cmocka_unit_test(names_faults_of_the_buffer),
         cmocka_unit_test(names_a_folder_that_is_no_scene),
+        cmocka_unit_test(sets_a_property),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -28,7 +28,8 @@ def sentence(result, code):
     ("render s -o a.exr --seed -1", "'-1'"), ("render s -o a.exr --threads 2.5", "'2.5'"),
     ("render s -o a.exr --size 100", "'100'"), ("render s -o a.exr --size 0x9", "'0x9'"),
     ("render s -o a.exr --size 9x9x9", "'9x9x9'"), ("render s -o a.exr --size 1x99999", "32768"),
-    ("render s -o a.exr --method magic", "'magic'"), ("render s -o a.exr --fast", "--fast"),
+    ("render s -o a.exr --set", "--set"), ("render s -o a.exr --method magic", "'magic'"),
+    ("render s -o a.exr --fast", "--fast"),
     ("compare a.exr", "two pictures"), ("compare a b c", "'c'"), ("compare a b --difference d.exr", ".png")])
 def test_wrong_usage_exits_2(sanitized, arguments, word):
     result = sanitized(*arguments.split(), check=2)
@@ -84,6 +85,11 @@ def test_a_vertex_that_is_no_number_exits_3(sanitized, broken, tmp_path):
         file.seek(view["offset"] + 4)
         file.write(struct.pack("<f", float("nan")))
     expect_input_error(sanitized, broken, tmp_path / "a.exr", "nan")
+
+
+def test_a_material_that_is_not_there_exits_3(sanitized, cornell, tmp_path):
+    line = sentence(sanitized("render", cornell, "-o", tmp_path / "a.exr", "--set", "materials/Gold/exponent=3"), 3)
+    assert "no material 'Gold'" in line
 
 
 def test_a_texture_that_is_not_there_exits_3(sanitized, broken, tmp_path):
