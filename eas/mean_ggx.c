@@ -104,8 +104,8 @@ static inline struct sums whole(const struct mean_ggx *m, float3 axis, float hei
 /* Angles in a clipped cap are tangents of their halves: this one is of a sum. */
 static inline float tan_sum(float a, float b) { return (a + b) / (1 - a * b); }
 
-/* Angles run over u, -1 to 1 for a turn, as tan(angle/2) = width u/(1-u^2): near the lobe's middle, where it falls off
- * as (1 + angle^2/4 width^2)^-2, u is the tangent of a quarter of the angle that has that as its cosine. */
+/* Angles run over u, -1 to 1 for a turn, as tan(angle/2) = width u/(1-u^2). Near 0 that is angle = width tan(s) with
+ * u = tan(s/2): what falls off as (1 + (angle/width)^2)^-2 has cos^2(s) left to integrate. */
 static inline float crowd(float tangent, float width)
 {
     float x = clampf(2 * tangent / width, -1e6f, 1e6f);
@@ -130,21 +130,20 @@ static struct sums clipped(const struct mean_ggx *m, float3 axis, float height)
                                                    {-.2386192f, .4679139f}, {.2386192f, .4679139f},
                                                    {.6612094f, .3607616f},  {.9324695f, .1713245f}};
     const float3 wo = m->wo;
-    float cos_theta = 1 - height, sin_theta = sqrtf(height * (2 - height));
-    if (axis.z <= -sin_theta) return (struct sums){0};
-    float level_a = sqrtf(maxf(1 - axis.z * axis.z, 1e-8f)), level_o = sqrtf(maxf(1 - wo.z * wo.z, 1e-8f));
+    if (axis.z < 0 && axis.z * axis.z >= height * (2 - height)) return (struct sums){0};
+    float level_a = sqrtf(maxf(sqr(axis.x) + sqr(axis.y), 1e-8f)), level_o = sqrtf(sqr(wo.x) + sqr(wo.y));
     /* Elevations are from the mirror direction's, azimuths from its, which is (ux, uy). */
-    float ux = level_o > 2e-4f ? -wo.x / level_o : 1, uy = level_o > 2e-4f ? -wo.y / level_o : 0;
+    float ux = level_o > 0 ? -wo.x / level_o : 1, uy = level_o > 0 ? -wo.y / level_o : 0;
     float cosine = (axis.x * ux + axis.y * uy) / level_a, sine = (axis.y * ux - axis.x * uy) / level_a;
     float azimuth =
         cosine > 0 ? sine / (1 + cosine) : (1 - cosine) / (sine < 0 ? minf(sine, -1e-6f) : maxf(sine, 1e-6f));
-    float elevation = wo.z / (1 + level_o);
-    float cos_top = level_a * cos_theta - axis.z * sin_theta, sin_top = axis.z * cos_theta + level_a * sin_theta;
-    /* p.p = z^2 + across y^2 + along (x's distance from the line mixed y)^2 for h = (x, y, z) along (ux, uy). */
+    float elevation = wo.z / (1 + level_o), middle_up = axis.z / (1 + level_a);
+    float top = minf(tan_sum(middle_up, sqrtf(height / (2 - height))), 1);
+    /* p.p = z^2 + across (y + mixed x)^2 + along x^2, for h with x along (ux, uy). */
     float per_x = 1 / m->lobe->alpha_x, per_y = 1 / m->lobe->alpha_y, xx = per_x * per_x, yy = per_y * per_y;
     float across = xx * uy * uy + yy * ux * ux, mixed = (yy - xx) * ux * uy / across, along = xx * yy / across;
     float tall = 2 / sqrtf(along), low = crowd(-elevation, tall);
-    float high = crowd(tan_sum(cos_top > 0 ? sin_top / (1 + cos_top) : 1, -elevation), tall);
+    float high = crowd(tan_sum(top, -elevation), tall);
 
     float z[ROWS], level[ROWS], peak[ROWS], width[ROWS], middle[ROWS], half[ROWS], share[ROWS];
 #pragma omp simd
@@ -157,10 +156,12 @@ static struct sums clipped(const struct mean_ggx *m, float3 axis, float height)
         /* Where the row comes nearest to the lobe's middle, and how wide the lobe is there. */
         peak[i] = .5f * less * mixed * per_level;
         width[i] = sqrtf((sqr(z[i] + wo.z) + less * less * along) / across) * per_level;
-        float cos_half = clampf((cos_theta - z[i] * axis.z) * per_level / level_a, -1, 1);
-        float tan_half = sqrtf((1 - cos_half) / maxf(1 + cos_half, 1e-6f)), centre = tan_sum(azimuth, -peak[i]);
+        /* Half of the row: 1 - cos of it, which is never a difference of numbers near 1. */
+        float above = tan_sum(t, -middle_up), versine = height - 2 * above * above / (1 + above * above);
+        versine = clampf(versine * per_level / level_a, 0, 2 - 1e-6f);
+        float tan_half = sqrtf(versine / (2 - versine)), centre = tan_sum(azimuth, -peak[i]);
         float from = crowd(tan_sum(centre, -tan_half), width[i]), to = crowd(tan_sum(centre, tan_half), width[i]);
-        to += to < from ? 2 : 0; /* past the turn */
+        to += to < from - (tan_half < 1 ? 1e-4f : 0) ? 2 : 0; /* past the turn, and no rounding of nothing */
         middle[i] = .5f * (from + to);
         half[i] = .5f * (to - from);
         share[i] = half[i] * span * row_nodes[i][1] * slope * level[i] * (.25f / PI * per_x * per_y);
