@@ -96,6 +96,25 @@ static void test_small(void **state)
     }
 }
 
+/* Nearly small enough for the horizon: f cos rises from 0 there in a line, and so does the integral with the height of
+ * what is left. */
+static void test_small_across_horizon(void **state)
+{
+    (void)state;
+    struct rng rng = rng_seed(7, 8, 9);
+    for (int i = 0; i < 60000; i++) {
+        struct lobe lobe = ggx_lobe(.3f + .7f * rng_float(&rng), 0, 0, true);
+        float3 wo = direction(.2f + 1.3f * rng_float(&rng), 2 * PI * rng_float(&rng));
+        float theta = 1e-5f * powf(200, rng_float(&rng)), up = 1.8f * rng_float(&rng) - .9f; /* up: in radii */
+        /* The moment of a circle's segment about its chord: the integral of 2 sqrt(1-y^2) (y + up) from -up to 1. */
+        double level = sqrt(1 - up * up), moment = level * (2 + up * up) / 3 + up * (PI / 2 + asin(up));
+        float slope = lobe_eval(&lobe, N, wo, direction(1e-3f, 0)).x;
+        float value = over_cap(&lobe, N, wo, cap_at(up * theta, theta)).x;
+        /* A direction's own rounding is 1e-7. */
+        assert_float_equal(value / (slope * powf(theta, 3) * (float)moment), 1, .05f + 2e-5f / theta);
+    }
+}
+
 /* A cap that holds all of a narrow lobe reflects G2/G1 times F, which is about 1 where the viewer isn't low; one that
  * holds none of it, next to nothing. */
 static void test_narrow_lobe(void **state)
@@ -190,11 +209,15 @@ static void test_nothing(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_above_horizon), cmocka_unit_test(test_across_horizon),
-        cmocka_unit_test(test_wide),          cmocka_unit_test(test_small),
-        cmocka_unit_test(test_narrow_lobe),   cmocka_unit_test(test_bounds),
-        cmocka_unit_test(test_same),          cmocka_unit_test(test_continuous_at_horizon),
-        cmocka_unit_test(test_nothing)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_above_horizon),
+                                       cmocka_unit_test(test_across_horizon),
+                                       cmocka_unit_test(test_wide),
+                                       cmocka_unit_test(test_small),
+                                       cmocka_unit_test(test_small_across_horizon),
+                                       cmocka_unit_test(test_narrow_lobe),
+                                       cmocka_unit_test(test_bounds),
+                                       cmocka_unit_test(test_same),
+                                       cmocka_unit_test(test_continuous_at_horizon),
+                                       cmocka_unit_test(test_nothing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
