@@ -15,11 +15,8 @@ enum { GATHER_RAYS = 256, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201 };
 #define FOCUS_RAYS 128.0f
 #define FOCUS_WIDTHS 1.5f
 #define FOCUS_MARGIN .05f
-/* On curved surfaces the normal turns by this share of the lobe's width at most within a zone. It is measured over so
- * many pixels, and a turn of more than MOST_TURN rad is an edge. */
+/* On curved surfaces the normal turns by this share of the lobe's width at most within a zone. */
 #define CURVED_ZONE 1.0f
-#define CURVATURE_PIXELS 2.0f
-#define MOST_TURN .45f
 /* Records whose zone is this many times the least send four times the rays. */
 #define FINE_ZONE 2.0f
 /* Strata beside ones brighter than HOT times the mean get HOT_SPLIT x HOT_SPLIT rays. */
@@ -66,24 +63,6 @@ void record_scratch_free(struct record_scratch *scratch)
     free(scratch->eas);
 }
 
-/* How fast the shading normal turns along the surface, rad/m: the largest of four steps of h; edges don't count. */
-static float curvature(const struct model *model, const struct point *point, float h)
-{
-    struct frame frame = frame_about(point->ng);
-    float most = 0;
-    for (int i = 0; i < 4; i++) {
-        float3 side = scale(i & 1 ? frame.b : frame.t, i & 2 ? h : -h), above = mad(add(point->p, side), point->ng, h);
-        struct ray down = {above, scale(point->ng, -1)};
-        struct hit hit;
-        struct point other;
-        if (!trace_closest(model->trace, down.origin, down.dir, 2 * h, &hit) || hit.object != point->object) continue;
-        shade_point(model, down, &hit, &other);
-        float turn = length(sub(other.n, point->n));
-        if (turn < MOST_TURN) most = maxf(most, turn / length(sub(other.p, point->p)));
-    }
-    return most;
-}
-
 /* How a record's hemisphere is sampled: a grid of strata, one ray each; split x split rays in the strata within `cone`
  * of `mirror`, where the viewer's lobes look (Gassenbauer et al. 2009 gather by the views that will ask). */
 struct plan {
@@ -105,16 +84,17 @@ static struct plan plan_gather(const struct model *model, const struct draft *dr
                         .most = MOST_PIXELS * pixel,
                         .split = 1};
     if (!draft->glossy) return plan;
-    float widest = 0, narrowest = INFINITY, bend = curvature(model, &draft->point, CURVATURE_PIXELS * pixel);
+    float widest = 0, narrowest = INFINITY, bend;
+    shade_curvature(model, &draft->point, &bend);
     for (int i = 0; i < brdf->lobe_count; i++) {
         widest = maxf(widest, lobe_width(&brdf->lobes[i]));
         narrowest = minf(narrowest, lobe_width(&brdf->lobes[i]));
     }
     plan.most = minf(plan.most, CURVED_ZONE * narrowest / maxf(bend, 1e-6f));
     plan.turn = 2 * RECORD_STRETCH * bend * plan.most;
-    plan.cone = minf(FOCUS_WIDTHS * widest + FOCUS_MARGIN + plan.turn, PI);
     float looked_at = FOCUS_WIDTHS * widest + FOCUS_MARGIN,
           strata = (1 - cosf(looked_at)) * (float)(plan.grid.rows * plan.grid.columns);
+    plan.cone = minf(looked_at + plan.turn, PI);
     plan.split = (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, MOST_SPLIT);
     return plan;
 }
