@@ -8,8 +8,8 @@
 /* Samples of a pixel that are grouped together: a power of two, for the sequence. */
 enum { SEED_PIXEL = 401, BATCH = 16 };
 
-/* Shadow rays a camera ray: a power of two. */
-enum { SHADOW_RAYS = 4 };
+/* Shadow rays a camera ray: to lamps (a power of two); under an environment alone, which comes from all sides. */
+enum { SHADOW_RAYS = 4, SKY_RAYS = 8 };
 
 /* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
@@ -185,9 +185,10 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
     for (int i = 0; i < group_count; i++) {
         struct point point = group_mean(&groups[i]);
         float samples = (float)groups[i].count;
+        int rays = cached->direct.sky ? SKY_RAYS : SHADOW_RAYS;
         look_up(cached, &point, samples, pixel, &rng);
         rgb light = direct_light(&cached->direct, &point, groups[i].averages, groups[i].origins, groups[i].count,
-                                 SHADOW_RAYS * groups[i].count, &rng);
+                                 rays * groups[i].count, &rng);
         pixel->direct = mad(pixel->direct, light, samples);
     }
 }

@@ -12,6 +12,9 @@ enum { RUNS = 8, SIDE = 6, CELLS = RUNS * SIDE * SIDE };
 enum { SKY_CELLS = 512 };
 #define MOST_CELLS SKY_CELLS /* of the two */
 
+/* Shadow rays where light comes from one side of an edge. */
+enum { MOST_RAYS = 128, REFINE = 4 };
+
 /* Lobes narrower than this, rad, aren't resolved: n = 300. */
 #define LEAST_WIDTH .08f
 /* A lamp that fills more of what a point sees, sr, has cells that are too wide. */
@@ -139,13 +142,69 @@ static bool cell_lit(const struct direct *direct, const struct point *point, flo
     return dot(wi, point->ng) > 0 && !trace_occluded(direct->model->trace, origin, wi, distance);
 }
 
+/* The light of cells at a point of `origins` by turns, and the shadow rays that find what of it comes through. */
+struct shadow {
+    const struct direct *direct;
+    const struct point *point;
+    const float3 *origins;
+    int origin_count, cell_count;
+    const struct cell *cells;
+    const rgb *light;
+    const float *passed; /* luminance of the light of all cells before each */
+    struct rng *rng;
+};
+
+/* A shadow ray to where the light of all cells, in a row, has reached `at`; its light is counted with `weight`. */
+static bool probe(const struct shadow *s, float at, int origin, float weight, rgb *asked, rgb *lit)
+{
+    int low = 0, high = s->cell_count;
+    while (high - low > 1) {
+        int middle = (low + high) / 2;
+        if (s->passed[middle] <= at) low = middle;
+        else high = middle;
+    }
+    float own = luminance(s->light[low]);
+    if (own <= 0) return false; /* rounding: beyond the last */
+    rgb share = scale(s->light[low], weight / own);
+    bool through = cell_lit(s->direct, s->point, s->origins[origin % s->origin_count], low, &s->cells[low], s->rng);
+    *asked = add(*asked, share);
+    if (through) *lit = add(*lit, share);
+    return through;
+}
+
+/* The share that comes through: a ray for each of `rays` equal strata of the light, whose sum is `sum`; where a
+ * stratum's neighbours disagree, REFINE rays instead. Its own first ray has no say in that, which would bias the mean.
+ */
+static rgb lit_share(const struct shadow *s, float sum, int rays)
+{
+    rgb asked[MOST_RAYS] = {{0}}, lit[MOST_RAYS] = {{0}}, asked_sum = {0}, lit_sum = {0};
+    bool through[MOST_RAYS];
+    float step = sum / (float)rays;
+    for (int k = 0; k < rays; k++)
+        through[k] = probe(s, ((float)k + rng_float(s->rng)) * step, k, 1, &asked[k], &lit[k]);
+    for (int k = 0; k < rays; k++) {
+        int near = 0, of = 0;
+        for (int j = k - 2; j <= k + 2; j++)
+            if (j != k && j >= 0 && j < rays) near += through[j], of++;
+        if (near != 0 && near != of) {
+            asked[k] = lit[k] = vec3(0, 0, 0);
+            for (int j = 0; j < REFINE; j++)
+                probe(s, ((float)k + ((float)j + rng_float(s->rng)) / REFINE) * step, k + j, 1.0f / REFINE, &asked[k],
+                      &lit[k]);
+        }
+        asked_sum = add(asked_sum, asked[k]);
+        lit_sum = add(lit_sum, lit[k]);
+    }
+    return ratio(lit_sum, asked_sum);
+}
+
 rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins,
                  int count, int rays, struct rng *rng)
 {
     struct mean_lobe lobes[2];
     struct cell cells[MOST_CELLS];
     rgb light[MOST_CELLS], total = {0}, diffuse = direct->sky ? scale(point->brdf.kd, 1 / PI) : vec3(0, 0, 0);
-    float sum = 0;
+    float sum = 0, passed[MOST_CELLS + 1];
     int cell_count = direct->sky ? direct->sky_count : CELLS;
     averages = averages && point->brdf.lobe_count > 0;
     if (!averages && is_black(diffuse)) return total;
@@ -161,22 +220,14 @@ rgb direct_light(const struct direct *direct, const struct point *point, bool av
             cells[i] = lamp_cell(direct->model->lights, point, i);
         }
         light[i] = vec3(0, 0, 0);
+        passed[i] = sum;
         if (is_black(cells[i].weight)) continue;
         if (averages) f_cos = add(f_cos, lobes_over(&point->brdf, lobes, &cells[i]));
         light[i] = mul(cells[i].weight, f_cos);
         total = add(total, light[i]);
         sum += luminance(light[i]);
     }
-    /* Shadow rays at equal steps through the cells' light, from a random start. */
-    rgb asked = {0}, lit = {0};
-    float step = sum / (float)rays, next = step * rng_float(rng), passed = 0;
-    for (int i = 0, k = 0; i < cell_count && sum > 0; i++) {
-        float own = luminance(light[i]);
-        for (passed += own; next < passed && k < rays; next += step, k++) {
-            rgb share = scale(light[i], 1 / own);
-            asked = add(asked, share);
-            if (cell_lit(direct, point, origins[k % count], i, &cells[i], rng)) lit = add(lit, share);
-        }
-    }
-    return mul(total, ratio(lit, asked));
+    if (sum <= 0) return total;
+    struct shadow shadow = {direct, point, origins, count, cell_count, cells, light, passed, rng};
+    return mul(total, lit_share(&shadow, sum, rays));
 }

@@ -50,17 +50,17 @@ static float rendered(const struct model *model, const struct mean_brdf *tables,
                       uint64_t seed)
 {
     struct direct direct;
-    struct direct_share share = {0};
-    assert_true(direct_prepare(model, tables, 16, &direct));
+    assert_true(direct_prepare(model, tables, &direct));
     struct rng rng = rng_seed(seed, 0, 0);
     struct sequence lamp = sequence_draw(&rng, 16);
+    bool averages = direct_averages(&direct, point);
     rgb sum = {0};
     for (int i = 0; i < 16; i++) {
         float2 on_lamp = sequence_point(lamp, i);
         float u[3] = {((float)i + rng_float(&rng)) / 16, on_lamp.x, on_lamp.y};
-        sum = mad(sum, direct_sample(&direct, point, u, direct_averages(&direct, point), &share), 1.0f / 16);
+        sum = mad(sum, direct_sample(&direct, point, u, averages), 1.0f / 16);
     }
-    sum = add(sum, direct_light(&direct, point, &share));
+    sum = add(sum, direct_light(&direct, point, averages, &point->origin, 1, 16, &rng));
     direct_free(&direct);
     return sum.x;
 }
