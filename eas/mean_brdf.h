@@ -6,11 +6,10 @@
  * The paper divides by the cap's own integral of the cosine and multiplies by irradiance E instead of L; that quotient
  * is singular for caps near the horizon, so radiance and solid angle are kept here and the quotient is never formed.
  *
- * Modified Phong: the integral as a vector, by two coefficients in tables over exponent, cap and distance from the
- * mirror direction in the lobe's sigmas, in which they hardly depend on the exponent; caps across the horizon by a sum
- * over rows. Errors, relative to the integral's largest value over viewers, for exponents of 5 to 1000 and caps up to
- * 20 degrees: 2.5e-3, across the horizon 2e-2. GGX: one or seven discs of the cap, each under a lobe widened by the
- * disc: good to 5 % where discs are narrower than the lobe, far less so at grazing angles.
+ * Modified Phong: tables, mean_phong.h, good to 2.5e-3 of the integral's largest value over viewers (exponents of 5 to
+ * 1000, caps up to 20 degrees), across the horizon to 2e-2. GGX: one or seven discs of the cap, each under a lobe
+ * widened by the disc: good to 5 % where discs are narrower than the lobe, far less so at grazing angles. The paper's
+ * own way is in lobe_fit.h.
  */
 #ifndef EAS_MEAN_BRDF_H
 #define EAS_MEAN_BRDF_H
@@ -44,7 +43,7 @@ struct mean_lobe mean_lobe(const struct mean_brdf *tables, const struct lobe *lo
 /* The integral over the cap of f cos(theta_i), above n's horizon; the lobe's weight included. */
 rgb mean_lobe_cap(const struct mean_lobe *lobe, struct cap cap);
 
-/* The same by midpoints of rings x sectors of the cap, those above the horizon: the oracle of the tests and of the
+/* The same by midpoints of rings x sectors of the cap's part above the horizon: the oracle of the tests and of the
  * paper's tables. */
 rgb mean_lobe_quadrature(const struct lobe *lobe, float3 n, float3 wo, struct cap cap, int rings, int sectors);
 
