@@ -21,6 +21,9 @@ static inline float2 ggx_alphas(float roughness, float anisotropic)
     return (float2){clampf(alpha / aspect, GGX_ALPHA_MIN, 1), clampf(alpha * aspect, GGX_ALPHA_MIN, 1)};
 }
 
+/* That of the isotropic lobe which stands in for one. */
+static inline float ggx_mean_alpha(const struct lobe *lobe) { return sqrtf(lobe->alpha_x * lobe->alpha_y); }
+
 /* The frame of a lobe's alphas about n: its tangent, or any where they are equal. */
 struct frame ggx_frame(const struct lobe *lobe, float3 n);
 

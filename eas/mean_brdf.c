@@ -60,7 +60,7 @@ rgb mean_lobe_quadrature(const struct lobe *lobe, float3 n, float3 wo, struct ca
     float3 a = cap.axis, y = cross(n, a);
     y = dot(y, y) > 1e-10f ? normalize(y) : frame_about(a).t;
     struct frame frame = {cross(a, y), y, a};
-    double up = dot(a, n), level = dot(frame.t, n), theta = acos(1 - cap.omega / (2 * PI)), sum[3] = {0};
+    double up = dot(a, n), level = dot(frame.t, n), theta = 2 * asin(sqrt(cap.omega / (4 * M_PI))), sum[3] = {0};
     double first = fmin(fmax(-atan2(up, level), 0), theta), step = (theta - first) / rings;
     for (int i = 0; i < rings; i++) {
         double t = first + step * (i + .5), sine = sin(t), ring_up = cos(t) * up, rise = sine * level;

@@ -6,7 +6,8 @@
  * The paper divides by the cap's own integral of the cosine and multiplies by irradiance E instead of L; that quotient
  * is singular for caps near the horizon, so radiance and solid angle are kept here and the quotient is never formed.
  *
- * Modified Phong is done by tables, mean_phong.h; GGX in closed form, mean_ggx.h. Their errors stand there.
+ * Modified Phong is done by tables, mean_phong.h; GGX in closed form, mean_ggx.h. Their errors stand there. The paper's
+ * own way is in lobe_fit.h.
  */
 #ifndef EAS_MEAN_BRDF_H
 #define EAS_MEAN_BRDF_H
@@ -38,7 +39,7 @@ rgb mean_lobe_cap(const struct mean_lobe *lobe, struct cap cap);
 /* The same for each of many caps, which cost far less together. */
 void mean_lobe_caps(const struct mean_lobe *lobe, const struct cap *caps, int count, rgb *values);
 
-/* The same by midpoints of rings x sectors of the cap, those above the horizon: the oracle of the tests and of the
+/* The same by midpoints of rings x sectors of the cap's part above the horizon: the oracle of the tests and of the
  * paper's tables. */
 rgb mean_lobe_quadrature(const struct lobe *lobe, float3 n, float3 wo, struct cap cap, int rings, int sectors);
 
