@@ -55,7 +55,7 @@ rgb ggx_eval(const struct lobe *lobe, float3 n, float3 wo, float3 wi, float *pdf
         d = alpha2 / (PI * sqr(sin2 + alpha2 * cos2));
         lambda_i = lambda(tan2(alpha2, cos_i));
         lambda_o = lambda(tan2(alpha2, cos_o));
-    } else { /* Heitz 2014, eq. 84 to 87 */
+    } else { /* Heitz 2014: the isotropic lobe, stretched */
         struct frame frame = ggx_frame(lobe, n);
         float3 slope = to_local(frame, h);
         slope.x /= lobe->alpha_x, slope.y /= lobe->alpha_y;
