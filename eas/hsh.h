@@ -13,6 +13,9 @@
  *     struct hsh_view view = hsh_view(hsh, &lobe, n, wo);
  *     rgb radiance = hsh_reflect(hsh, &view, record, order, n, vec3(0, 0, 0));
  *
+ * A record's order is its maker's choice: for a sweep over orders build tables that lose nothing (loss 0) and give
+ * hsh_add and hsh_reflect the order.
+ *
  * Published, and here:
  * - BRDF: coefficients over a parabolic map of viewers; here over the viewer's elevation, then turned about the normal,
  *   which is the same for isotropic lobes. GGX has F = 1 in the table; Fresnel's mean over the lobe is a factor.
