@@ -190,7 +190,7 @@ static rgb lit_share(const struct shadow *s, float sum, int rays)
         through[k] = probe(s, ((float)k + rng_float(s->rng)) * step, k, 1, &asked[k], &lit[k]);
     for (int k = 0; k < rays; k++) {
         int near = 0, of = 0;
-        for (int j = k - 2; j <= k + 2; j++)
+        for (int j = k - 4; j <= k + 4; j++)
             if (j != k && j >= 0 && j < rays) near += through[j], of++;
         if (near != 0 && near != of) {
             asked[k] = lit[k] = vec3(0, 0, 0);
