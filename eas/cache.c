@@ -178,6 +178,17 @@ bool cache_insert(struct cache *cache, struct zone zone, float least)
     return index_record(cache, record, zone);
 }
 
+bool cache_reindex(struct cache *cache)
+{
+    free(cache->buckets);
+    cache->buckets = NULL;
+    cache->bucket_count = cache->entry_count = 0;
+    cache->levels = 0;
+    for (uint32_t i = 0; i < cache->count; i++)
+        if (!index_record(cache, i, cache->zones[i])) return false;
+    return true;
+}
+
 int cache_find(const struct cache *cache, float3 p, float3 n, struct cache_match matches[static CACHE_MATCHES])
 {
     int count = 0;

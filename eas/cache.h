@@ -46,6 +46,11 @@ void cache_free(struct cache *cache);
  * False: no memory. */
 bool cache_insert(struct cache *cache, struct zone zone, float least);
 
+/* Indexes all records anew by their zones as they are, which clamping has made smaller since: look-ups get faster, and
+ * their order depends on the zones alone, so that a cache made of stored zones gives the same bytes as the one that was
+ * stored. False: no memory. */
+bool cache_reindex(struct cache *cache);
+
 /* The records usable at p with unit normal n, at most CACHE_MATCHES: those of largest weight. Tests, in the order of
  * cost: within `stretch` radii; within the plane of the record or nearly so; normals alike. Returns how many. */
 int cache_find(const struct cache *cache, float3 p, float3 n, struct cache_match matches[static CACHE_MATCHES]);

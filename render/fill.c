@@ -103,6 +103,7 @@ static bool fill_records(const struct model *model, bool eas, uint64_t seed, str
             free(drafts[i].eas);
         }
     }
+    ok = ok && cache_reindex(&fill->diffuse.zones) && cache_reindex(&fill->glossy.zones);
     for (int i = 0; scratch && i < threads; i++) record_scratch_free(&scratch[i]);
     free(scratch);
     free(drafts);
