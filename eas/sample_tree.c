@@ -42,8 +42,11 @@ static struct cell child_cell(struct cell cell, uint32_t child)
                          child & 2 ? cell.phi1 : phi, false};
 }
 
+/* Luminance below which light is as good as none, W/m2/sr: squares of smaller weights would vanish. */
+#define DARK 1e-12f
+
 /* The EAS of a set of samples: means of position and normal weighed by luminance x solid angle, by solid angle where
- * all is black. */
+ * all is dark. */
 static struct eas summarise(const struct gather_sample *samples, const struct tree_entry *entries, uint32_t count,
                             float3 origin)
 {
@@ -63,7 +66,7 @@ static struct eas summarise(const struct gather_sample *samples, const struct tr
         omega += s->omega;
         power = mad(power, s->radiance, s->omega);
     }
-    int k = weight[0] > 0 ? 0 : 1;
+    int k = weight[0] > DARK * omega ? 0 : 1;
     return eas_make(origin, scale(position[k], 1 / weight[k]), normal[k], scale(power, 1 / omega), omega, infinite);
 }
 
