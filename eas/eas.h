@@ -7,6 +7,7 @@
 #ifndef EAS_EAS_H
 #define EAS_EAS_H
 
+#include <assert.h>
 #include <stdint.h>
 
 #include "eas/mean_brdf.h"
@@ -16,8 +17,9 @@ struct eas {
     float3 normal;   /* unit, on the record's side */
     rgb radiance;    /* mean over the group */
     float area;      /* at infinity: solid angle, sr. Else d^2 tan^2(theta_c)/cos(alpha): its disc's area over pi, m2 */
-    bool infinite;
+    uint32_t infinite; /* 0 or 1; no bool, so that there is no padding */
 };
+static_assert(sizeof(struct eas) == 44, "written to files as it stands");
 
 /* An EAS seen under `omega` sr from `origin`. `normal` needn't be unit. */
 struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance, float omega, bool infinite);

@@ -36,7 +36,8 @@ static bool insert(struct record_cache *cache, const struct draft *draft)
 }
 
 /* What the camera sees at a pixel's centre, and whether a record is wanted there. */
-static void look(const struct model *model, const struct fill *fill, bool eas, uint32_t pixel, struct draft *draft)
+static void look(const struct model *model, const struct fill_options *options, const struct fill *fill, uint32_t pixel,
+                 struct draft *draft)
 {
     const struct scene_camera *camera = &model->scene->camera;
     int x = (int)pixel % camera->width, y = (int)pixel / camera->width;
@@ -45,7 +46,7 @@ static void look(const struct model *model, const struct fill *fill, bool eas, u
     *draft = (struct draft){0};
     if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
     shade_point(model, ray, &hit, &draft->point);
-    draft->glossy = eas && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
+    draft->glossy = options->eas && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
     if (!draft->glossy && is_black(draft->point.brdf.kd)) return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;
     draft->wanted = !cache_covers(&cache->zones, draft->point.p, draft->point.n);
@@ -68,7 +69,7 @@ static uint32_t *coarse_to_fine(int width, int height)
     return order;
 }
 
-static bool fill_records(const struct model *model, bool eas, uint64_t seed, struct progress *progress,
+static bool make_records(const struct model *model, const struct fill_options *options, struct progress *progress,
                          struct fill *fill)
 {
     const struct scene_camera *camera = &model->scene->camera;
@@ -83,7 +84,7 @@ static bool fill_records(const struct model *model, bool eas, uint64_t seed, str
         count = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)done);
         count = count < total - done ? count : total - done;
 #pragma omp parallel for schedule(dynamic, 64)
-        for (uint32_t i = 0; i < count; i++) look(model, fill, eas, order[done + i], &drafts[i]);
+        for (uint32_t i = 0; i < count; i++) look(model, options, fill, order[done + i], &drafts[i]);
         uint32_t wanted = 0, finished = 0;
         for (uint32_t i = 0; i < count; i++)
             if (drafts[i].wanted) drafts[wanted++] = drafts[i];
@@ -91,8 +92,8 @@ static bool fill_records(const struct model *model, bool eas, uint64_t seed, str
         for (uint32_t i = 0; i < wanted; i++) {
             float pixel = camera_pixel_width(camera, drafts[i].point.p);
             uint64_t index = fill->diffuse.zones.count + fill->glossy.zones.count + i;
-            record_make(model, &fill->bounced, fill->tables, pixel, seed, index, &scratch[omp_get_thread_num()],
-                        &drafts[i]);
+            record_make(model, &fill->bounced, fill->tables, pixel, options->seed, index,
+                        &scratch[omp_get_thread_num()], &drafts[i]);
             uint32_t so_far;
 #pragma omp atomic capture
             so_far = ++finished;
@@ -111,22 +112,30 @@ static bool fill_records(const struct model *model, bool eas, uint64_t seed, str
     return ok;
 }
 
-bool fill_build(const struct model *model, bool eas, uint64_t seed, struct progress *progress, struct fill *fill,
-                char error[static SCENE_ERROR])
+bool fill_extend(const struct model *model, const struct fill_options *options, struct progress *progress,
+                 struct fill *fill, char error[static SCENE_ERROR])
 {
-    *fill = (struct fill){.diffuse.zones = cache_empty(RECORD_STRETCH), .glossy.zones = cache_empty(RECORD_STRETCH)};
-    progress_begin(progress, "diffuse cache", trace_rays(model->trace));
-    if (!diffuse_cache_build(model, seed, progress, &fill->bounced, error)) return false;
-    progress_end(progress, trace_rays(model->trace));
     progress_begin(progress, "records", trace_rays(model->trace));
-    fill->tables = mean_brdf_build();
-    if (!fill->tables || !fill_records(model, eas, seed, progress, fill)) {
-        fill_free(fill);
+    if (!make_records(model, options, progress, fill)) {
         snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
         return false;
     }
     progress_end(progress, trace_rays(model->trace));
     return true;
+}
+
+bool fill_build(const struct model *model, const struct fill_options *options, struct progress *progress,
+                struct fill *fill, char error[static SCENE_ERROR])
+{
+    *fill = (struct fill){.diffuse.zones = cache_empty(RECORD_STRETCH), .glossy.zones = cache_empty(RECORD_STRETCH)};
+    progress_begin(progress, "diffuse cache", trace_rays(model->trace));
+    if (!diffuse_cache_build(model, options->seed, progress, &fill->bounced, error)) return false;
+    progress_end(progress, trace_rays(model->trace));
+    fill->tables = mean_brdf_build();
+    if (fill->tables && fill_extend(model, options, progress, fill, error)) return true;
+    fill_free(fill);
+    snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
+    return false;
 }
 
 static void record_cache_free(struct record_cache *cache)
@@ -143,6 +152,11 @@ void fill_free(struct fill *fill)
     record_cache_free(&fill->glossy);
     mean_brdf_free(fill->tables);
     *fill = (struct fill){0};
+}
+
+uint64_t fill_records(const struct fill *fill)
+{
+    return (uint64_t)fill->diffuse.zones.count + fill->glossy.zones.count;
 }
 
 static size_t record_bytes(const struct record_cache *cache)

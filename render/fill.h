@@ -9,6 +9,8 @@
 #ifndef RENDER_FILL_H
 #define RENDER_FILL_H
 
+#include <assert.h>
+
 #include "eas/irradiance.h"
 #include "eas/select.h"
 #include "render/diffuse_cache.h"
@@ -18,6 +20,7 @@ struct record {
     struct irradiance irradiance;
     uint32_t first_eas, eas_count;
 };
+static_assert(sizeof(struct record) == 92, "written to files as it stands");
 
 struct record_cache {
     struct cache zones;
@@ -34,10 +37,25 @@ struct fill {
     struct mean_brdf *tables;
 };
 
-/* Deterministic for any number of threads. False and a sentence where memory runs out; nothing to free then. */
-bool fill_build(const struct model *model, bool eas, uint64_t seed, struct progress *progress, struct fill *fill,
-                char error[static SCENE_ERROR]);
+/* What the caches depend on besides the scene. */
+struct fill_options {
+    bool eas; /* glossy surfaces keep EAS; if not, all keep irradiance alone */
+    uint64_t seed;
+};
+
+/* Makes the caches. Deterministic for any number of threads. False and a sentence where memory runs out; nothing to
+ * free then. */
+bool fill_build(const struct model *model, const struct fill_options *options, struct progress *progress,
+                struct fill *fill, char error[static SCENE_ERROR]);
+
+/* Goes on where the model's camera sees what no record covers: the caches were made for another camera or other
+ * materials. The same promises; where memory runs out, the caller frees. */
+bool fill_extend(const struct model *model, const struct fill_options *options, struct progress *progress,
+                 struct fill *fill, char error[static SCENE_ERROR]);
 void fill_free(struct fill *fill);
+
+/* Records of both kinds. */
+uint64_t fill_records(const struct fill *fill);
 
 /* Bytes of all caches. */
 size_t fill_bytes(const struct fill *fill);

@@ -11,6 +11,7 @@
 
 enum key {
     KEY_STATS = 256,
+    KEY_CACHE,
     KEY_SET,
     KEY_THREADS,
     KEY_SEED,
@@ -80,6 +81,8 @@ static const struct argp_option render_arguments[] = {
      "replace a Phong material's exponent or a Principled one's roughness; may be given again", 0},
     {"threads", KEY_THREADS, "N", 0, "threads (all cores); the picture does not depend on it", 0},
     {"seed", KEY_SEED, "N", 0, "chooses the random numbers (0)", 0},
+    {"cache", KEY_CACHE, "FILE", 0,
+     "take the caches from there, for any camera and exponents; make the file where it is not there", 0},
     {"stats", KEY_STATS, "FILE.json", 0, "write seconds, rays, records and bytes there", 0},
     {0}};
 
@@ -96,6 +99,7 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
     case KEY_SIZE: size(state, text, options); return 0;
     case KEY_THREADS: options->threads = (int)number(state, "--threads", text, 1, 1024); return 0;
     case KEY_SEED: options->render.seed = number(state, "--seed", text, 0, INT64_MAX); return 0;
+    case KEY_CACHE: options->cache = text; return 0;
     case KEY_STATS: options->stats = text; return 0;
     case KEY_SET:
         if (options->set_count == OPTIONS_SETS) argp_error(state, "--set: at most %d times", OPTIONS_SETS);
@@ -108,6 +112,8 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
     case ARGP_KEY_END:
         if (!options->scene) argp_error(state, "expected the folder of a scene");
         if (!options->output) argp_error(state, "expected -o OUT.exr");
+        if (options->cache && options->render.method == RENDER_PATH)
+            argp_error(state, "--cache: --method path has no caches");
         if (!options->render.spp) options->render.spp = options->render.method == RENDER_PATH ? 64 : 16;
         return 0;
     default: return ARGP_ERR_UNKNOWN;
