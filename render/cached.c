@@ -8,6 +8,9 @@
 /* Samples of a pixel that are grouped together: a power of two, for the sequence. */
 enum { SEED_PIXEL = 401, BATCH = 16 };
 
+/* Shadow rays a camera ray: a power of two. */
+enum { SHADOW_RAYS = 4 };
+
 /* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
 
@@ -15,7 +18,7 @@ bool cached_prepare(const struct model *model, const struct fill *fill, bool eas
                     struct cached *cached)
 {
     *cached = (struct cached){.model = model, .fill = fill, .eas = eas, .spp = spp, .seed = seed};
-    return direct_prepare(model, fill->tables, spp < BATCH ? spp : BATCH, &cached->direct);
+    return direct_prepare(model, fill->tables, SHADOW_RAYS * (spp < BATCH ? spp : BATCH), &cached->direct);
 }
 
 void cached_free(struct cached *cached) { direct_free(&cached->direct); }
@@ -150,20 +153,26 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
 {
     uint64_t index = (uint64_t)(y * cached->model->scene->camera.width + x);
     struct rng rng = rng_seed(cached->seed ^ (uint64_t)SEED_PIXEL << 32, index, (uint64_t)first);
-    struct sequence place = sequence_draw(&rng, count), lamp = sequence_draw(&rng, count),
+    const int lamps_count = count * SHADOW_RAYS;
+    struct sequence place = sequence_draw(&rng, count), lamp = sequence_draw(&rng, lamps_count),
                     lobe = sequence_draw(&rng, count);
     float turn = rng_float(&rng);
     struct group groups[BATCH];
     int group_count = 0;
     for (int i = 0; i < count; i++) {
-        float2 jitter = sequence_point(place, i), on_lamp = sequence_point(lamp, i);
-        /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself. */
-        float u[3] = {((float)i + turn) / (float)count, on_lamp.x, on_lamp.y};
+        float2 jitter = sequence_point(place, i);
         struct point point;
         if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, pixel, &point)) continue;
         struct group *group = group_of(groups, &group_count, &point);
         bool averages = direct_averages(&cached->direct, &point), from_eas = caches_lobes(cached, &point);
-        pixel->direct = add(pixel->direct, direct_sample(&cached->direct, &point, u, averages, &group->share));
+        for (int k = i * SHADOW_RAYS; k < (i + 1) * SHADOW_RAYS; k++) {
+            float2 on_lamp = sequence_point(lamp, k);
+            /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself.
+             */
+            float u[3] = {((float)k + turn) / (float)lamps_count, on_lamp.x, on_lamp.y};
+            rgb light = direct_sample(&cached->direct, &point, u, averages, &group->share);
+            pixel->direct = mad(pixel->direct, light, 1.0f / SHADOW_RAYS);
+        }
         if (averages && from_eas) continue;
         rgb lamps = {0};
         rgb bounced = traced_lobes(cached, &point, sequence_point(lobe, i), averages ? NULL : &lamps, &rng);

@@ -8,8 +8,8 @@
  * smooth lobe far better than scattered points. */
 enum { RUNS = 8, SIDE = 6, CELLS = RUNS * SIDE * SIDE };
 
-/* An environment alone has the same cells everywhere: a grid over its importance, each the mean of a finer grid. */
-enum { SKY_SIDE = 24, SKY_PARTS = 12 };
+/* An environment alone has the same cells everywhere. */
+enum { SKY_CELLS = 512 };
 
 /* Lobes narrower than this, rad, aren't resolved: n = 300. */
 #define LEAST_WIDTH .08f
@@ -29,15 +29,22 @@ bool direct_averages(const struct direct *direct, const struct point *point)
     return direct_resolves(&point->brdf) && lights_widest(direct->model->lights, point->origin) < MOST_SOLID_ANGLE;
 }
 
+/* Part of the lamps, as a point sees it. */
+struct cell {
+    float3 wi;   /* unit, its mean direction */
+    float omega; /* solid angle, sr; 0: a point */
+    rgb weight;  /* radiance x omega, W/m2 before the cosine */
+};
+
 /* A light sample as a cell, one of `count`. */
-static struct direct_cell cell_of(const struct light_sample *light, int count)
+static struct cell cell_of(const struct light_sample *light, int count)
 {
     float omega = light->pdf > 0 ? minf(1 / (light->pdf * (float)count), 2 * PI) : 0;
-    return (struct direct_cell){light->wi, 1, omega, scale(light->weight, 1 / (float)count)};
+    return (struct cell){light->wi, omega, scale(light->weight, 1 / (float)count)};
 }
 
 /* Cell i of CELLS. */
-static bool lamp_cell(const struct lights *lights, float3 p, float3 n, int i, struct direct_cell *cell)
+static bool lamp_cell(const struct lights *lights, float3 p, float3 n, int i, struct cell *cell)
 {
     int run = i / (SIDE * SIDE), row = i / SIDE % SIDE, column = i % SIDE;
     float u[3] = {((float)i + .5f) / (float)CELLS, ((float)row + (run & 1 ? .75f : .25f)) / (float)SIDE,
@@ -48,34 +55,14 @@ static bool lamp_cell(const struct lights *lights, float3 p, float3 n, int i, st
     return true;
 }
 
-static struct direct_cell sky_cell(const struct lights *lights, int row, int column)
-{
-    struct direct_cell cell = {.omega = 0};
-    float luminances = 0;
-    for (int k = 0; k < SKY_PARTS * SKY_PARTS; k++) {
-        struct light_sample part;
-        float u[3] = {.5f, ((float)row + ((float)(k / SKY_PARTS) + .5f) / SKY_PARTS) / SKY_SIDE,
-                      ((float)column + ((float)(k % SKY_PARTS) + .5f) / SKY_PARTS) / SKY_SIDE};
-        if (!lights_sample(lights, vec3(0, 0, 0), vec3(0, 0, 1), u, &part)) continue;
-        struct direct_cell one = cell_of(&part, SKY_SIDE * SKY_SIDE * SKY_PARTS * SKY_PARTS);
-        cell.weight = add(cell.weight, one.weight);
-        cell.omega += one.omega;
-        cell.wi = mad(cell.wi, one.wi, luminance(one.weight));
-        luminances += luminance(one.weight);
-    }
-    cell.spread = luminances > 0 ? length(cell.wi) / luminances : 0;
-    cell.wi = normalize(cell.wi);
-    return cell;
-}
-
 bool direct_prepare(const struct model *model, const struct mean_brdf *tables, int shadow_rays, struct direct *direct)
 {
-    *direct = (struct direct){model, tables, shadow_rays, NULL};
-    if (!lights_environment_only(model->lights)) return true;
-    direct->sky = malloc(SKY_SIDE * SKY_SIDE * sizeof *direct->sky);
-    for (int i = 0; direct->sky && i < SKY_SIDE * SKY_SIDE; i++)
-        direct->sky[i] = sky_cell(model->lights, i / SKY_SIDE, i % SKY_SIDE);
-    return direct->sky != NULL;
+    *direct = (struct direct){.model = model, .tables = tables, .shadow_rays = shadow_rays};
+    struct environment_cell *sky = malloc(SKY_CELLS * sizeof *sky);
+    direct->sky_count = sky ? lights_cells(model->lights, SKY_CELLS, sky) : -1;
+    if (direct->sky_count > 0) direct->sky = sky;
+    else free(sky);
+    return direct->sky_count >= 0;
 }
 
 void direct_free(struct direct *direct)
@@ -85,7 +72,7 @@ void direct_free(struct direct *direct)
 }
 
 /* The mean over the cell of f cos, all lobes together. */
-static rgb lobes_over(const struct brdf *brdf, const struct mean_lobe *lobes, const struct direct_cell *cell)
+static rgb lobes_over(const struct brdf *brdf, const struct mean_lobe *lobes, const struct cell *cell)
 {
     rgb f_cos = {0};
     for (int i = 0; i < brdf->lobe_count; i++) {
@@ -117,7 +104,7 @@ rgb direct_sample(const struct direct *direct, const struct point *point, const 
     if (averages) {
         struct mean_lobe lobes[2];
         prepare_lobes(direct, point, lobes);
-        struct direct_cell cell = cell_of(&light, direct->shadow_rays);
+        struct cell cell = cell_of(&light, direct->shadow_rays);
         averaged[DIRECT_LOBES] = mul(light.weight, lobes_over(brdf, lobes, &cell));
     } else {
         for (int i = 0; i < brdf->lobe_count; i++) {
@@ -149,12 +136,17 @@ rgb direct_light(const struct direct *direct, const struct point *point, const s
     struct mean_lobe lobes[2];
     rgb e = {0}, specular = {0};
     prepare_lobes(direct, point, lobes);
-    int count = direct->sky ? SKY_SIDE * SKY_SIDE : CELLS;
+    int count = direct->sky ? direct->sky_count : CELLS;
     for (int i = 0; i < count; i++) {
-        struct direct_cell cell;
-        if (direct->sky) cell = direct->sky[i];
-        else if (!lamp_cell(direct->model->lights, point->origin, point->n, i, &cell)) continue;
-        e = mad(e, cell.weight, cell.spread * maxf(dot(cell.wi, point->n), 0));
+        struct cell cell;
+        if (direct->sky) {
+            const struct environment_cell *sky = &direct->sky[i];
+            e = mad(e, sky->flux, sky->spread * maxf(dot(sky->wi, point->n), 0));
+            /* The cap whose directions are spread as much: the mean cosine to its axis is 1 - omega/4pi. */
+            cell = (struct cell){sky->wi, 4 * PI * (1 - sky->spread), sky->flux};
+        } else if (!lamp_cell(direct->model->lights, point->origin, point->n, i, &cell)) {
+            continue;
+        }
         if (lobes_lit) specular = add(specular, mul(cell.weight, lobes_over(&point->brdf, lobes, &cell)));
     }
     rgb diffuse = mul(scale(point->brdf.kd, 1 / PI), e);

@@ -15,20 +15,13 @@
 
 enum { DIRECT_DIFFUSE, DIRECT_LOBES, DIRECT_PARTS };
 
-/* Part of the lamps, as a point sees it. */
-struct direct_cell {
-    float3 wi;    /* unit, its mean direction */
-    float spread; /* length of the mean of its unit directions: 1 where it is small */
-    float omega;  /* solid angle, sr; 0: a point */
-    rgb weight;   /* radiance x omega summed, W/m2 before the cosine */
-};
-
 struct direct {
     const struct model *model;
     const struct mean_brdf *tables;
     int shadow_rays; /* a pixel: what solid angle a sample stands for */
-    struct direct_cell
-        *sky; /* the cells where they are the same for all points (an environment and no other lamp), or NULL */
+    /* The cells where they are the same for all points: an environment and no other lamp. Else NULL. */
+    struct environment_cell *sky;
+    int sky_count;
 };
 
 /* What a group's shadow rays found: light that the parts of the BRDF were offered and what came through.

@@ -52,6 +52,14 @@ static inline float texel_angle(const struct environment *e, int y)
     return 2 * PI / (float)e->image->width * (row_top(e, y) - row_top(e, y + 1));
 }
 
+/* The direction of a point of texel (x, y): s along the row; t down it, uniform in solid angle. */
+static float3 texel_direction(const struct environment *e, int x, int y, float s, float t)
+{
+    float top = row_top(e, y), z = top + t * (row_top(e, y + 1) - top), r = sqrtf(maxf(1 - z * z, 0));
+    float phi = (0.5f - ((float)x + s) / (float)e->image->width) * 2 * PI;
+    return mad(mad(scale(e->axes[0], r * cosf(phi)), e->axes[1], r * sinf(phi)), e->axes[2], z);
+}
+
 /* Luminance of the strong part over the cell of texel (x, y), by what bilinear look-up mixes there: positive wherever
  * that look-up can find anything strong, since it spreads each texel by one. */
 static float cell_strength(const struct environment *e, int x, int y)
@@ -162,9 +170,7 @@ float3 environment_sample(const struct environment *environment, const float u[s
     int y = find(e->rows, e->image->height, u[0], &t);
     int x = find(e->columns + (size_t)y * ((size_t)e->image->width + 1), e->image->width, u[1], &s);
     *pdf = texel_pdf(e, x, y);
-    float top = row_top(e, y), z = top + t * (row_top(e, y + 1) - top), r = sqrtf(maxf(1 - z * z, 0));
-    float phi = (0.5f - ((float)x + s) / (float)e->image->width) * 2 * PI;
-    return mad(mad(scale(e->axes[0], r * cosf(phi)), e->axes[1], r * sinf(phi)), e->axes[2], z);
+    return texel_direction(e, x, y, s, t);
 }
 
 float environment_pdf(const struct environment *environment, float3 dir)
@@ -176,4 +182,109 @@ float environment_pdf(const struct environment *environment, float3 dir)
     x = x < 0 ? 0 : x >= e->image->width ? e->image->width - 1 : x;
     y = y < 0 ? 0 : y >= e->image->height ? e->image->height - 1 : y;
     return texel_pdf(e, x, y);
+}
+
+/* A texel's strong light. */
+struct texel_flux {
+    float3 dir;
+    rgb flux;
+};
+
+/* A group of texels and how much light it blurs how far: flux x variance of the directions. */
+struct group {
+    struct texel_flux *first;
+    size_t count;
+    float3 mean; /* of the directions, by flux */
+    rgb flux;
+    float blur;
+};
+
+static struct group group_of(struct texel_flux *first, size_t count)
+{
+    struct group g = {.first = first, .count = count};
+    double sum = 0, mean[3] = {0}, flux[3] = {0};
+    for (size_t i = 0; i < count; i++) {
+        const struct texel_flux *t = &first[i];
+        double y = luminance(t->flux), f[3] = {t->flux.x, t->flux.y, t->flux.z}, d[3] = {t->dir.x, t->dir.y, t->dir.z};
+        sum += y;
+        for (int k = 0; k < 3; k++) {
+            mean[k] += d[k] * y;
+            flux[k] += f[k];
+        }
+    }
+    g.flux = vec3((float)flux[0], (float)flux[1], (float)flux[2]);
+    g.mean = vec3((float)(mean[0] / sum), (float)(mean[1] / sum), (float)(mean[2] / sum));
+    /* The directions are unit: their variance is 1 - |mean|^2. One texel can't be halved. */
+    g.blur = count > 1 ? (float)sum * maxf(1 - dot(g.mean, g.mean), 0) : 0;
+    return g;
+}
+
+/* Halves a group at the mean of the coordinate that varies most; both halves keep some texels. */
+static void halve(struct group *group, struct group *other)
+{
+    double variance[3] = {0};
+    for (size_t i = 0; i < group->count; i++) {
+        float3 d = sub(group->first[i].dir, group->mean);
+        float y = luminance(group->first[i].flux);
+        variance[0] += d.x * d.x * y;
+        variance[1] += d.y * d.y * y;
+        variance[2] += d.z * d.z * y;
+    }
+    float3 axis = variance[0] > variance[1] && variance[0] > variance[2] ? vec3(1, 0, 0)
+                  : variance[1] > variance[2]                            ? vec3(0, 1, 0)
+                                                                         : vec3(0, 0, 1);
+    float at = dot(group->mean, axis);
+    struct texel_flux *texels = group->first;
+    size_t low = 0, high = group->count;
+    while (low < high) {
+        if (dot(texels[low].dir, axis) < at) {
+            low++;
+        } else {
+            struct texel_flux swap = texels[low];
+            texels[low] = texels[--high];
+            texels[high] = swap;
+        }
+    }
+    if (low == 0 || low == group->count) low = group->count / 2; /* equal but for rounding */
+    *other = group_of(texels + low, group->count - low);
+    *group = group_of(texels, low);
+}
+
+int environment_cells(const struct environment *environment, int most, struct environment_cell *cells)
+{
+    const struct environment *e = environment;
+    if (!(e->strong_flux > 0)) return 0;
+    enum { SIDE = 2 }; /* squared: look-ups a texel */
+    struct texel_flux *texels = malloc((size_t)e->image->width * (size_t)e->image->height * sizeof *texels);
+    struct group *groups = malloc((size_t)most * sizeof *groups);
+    size_t texel_count = 0;
+    int count = 0;
+    for (int y = 0; texels && groups && y < e->image->height; y++)
+        for (int x = 0; x < e->image->width; x++) {
+            if (!(cell_strength(e, x, y) > 0)) continue;
+            struct texel_flux t = {.dir = {0}};
+            for (int k = 0; k < SIDE * SIDE; k++) {
+                float3 dir =
+                    texel_direction(e, x, y, ((float)(k % SIDE) + .5f) / SIDE, ((float)(k / SIDE) + .5f) / SIDE);
+                t.dir = add(t.dir, dir);
+                t.flux = mad(t.flux, environment_strong(e, dir), texel_angle(e, y) / (SIDE * SIDE));
+            }
+            t.dir = normalize(t.dir);
+            if (luminance(t.flux) > 0) texels[texel_count++] = t;
+        }
+    if (texel_count) groups[count++] = group_of(texels, texel_count);
+    while (count && count < most) {
+        int worst = 0;
+        for (int i = 1; i < count; i++)
+            if (groups[i].blur > groups[worst].blur) worst = i;
+        if (!(groups[worst].blur > 0)) break;
+        halve(&groups[worst], &groups[count++]);
+    }
+    for (int i = 0; i < count; i++)
+        cells[i] =
+            (struct environment_cell){groups[i].flux, normalize(groups[i].mean), minf(length(groups[i].mean), 1)};
+    bool ok = texels && groups;
+    free(texels);
+    free(groups);
+    return ok ? count : -1;
 }

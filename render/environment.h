@@ -34,4 +34,15 @@ rgb environment_rest(const struct environment *environment, float3 dir);
 float3 environment_sample(const struct environment *environment, const float u[static 2], float *pdf);
 float environment_pdf(const struct environment *environment, float3 dir);
 
+/* Part of the strong light: a group of neighbouring directions. */
+struct environment_cell {
+    rgb flux;     /* radiance x solid angle, W/m2 on a surface that faces it */
+    float3 wi;    /* unit, world: its mean direction */
+    float spread; /* length of the mean of its unit directions: 1 where it is small */
+};
+
+/* The strong light in at most `most` compact cells, all of it: the cell that blurs most is halved until there are so
+ * many. Returns how many; -1 where memory runs out. */
+int environment_cells(const struct environment *environment, int most, struct environment_cell *cells);
+
 #endif

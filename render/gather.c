@@ -3,8 +3,15 @@
 
 #include <stdlib.h>
 
+#include "render/direct.h"
+
 /* Rays in a chain; Russian roulette begins after the first continuation. */
 enum { MAX_DEPTH = 32 };
+
+/* Lamp samples on a glossy surface: CANDIDATES x CANDIDATES for one shadow ray. */
+enum { CANDIDATES = 3 };
+/* Where a lamp fills more of what a point sees, sr, lobes are too narrow to be averaged over parts of it. */
+#define MOST_SOLID_ANGLE 1.0f
 
 /* What stays the same along a chain of rays, and where its light goes. */
 struct chain {
@@ -19,25 +26,77 @@ struct chain {
 
 static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb throughput, int depth, float before);
 
-bool gather_direct(const struct model *model, const struct point *point, const float u[static 3], rgb *diffuse,
-                   rgb *specular, float *distance)
+/* A lobe as wide as the mean of it over a cap of `omega` sr, by the planar limit: n' = n/(1 + n omega/4pi). */
+static struct lobe widened(const struct lobe *lobe, float omega)
+{
+    struct lobe wide = *lobe;
+    if (lobe->type == LOBE_PHONG) wide.exponent /= 1 + wide.exponent * omega * (1 / (4 * PI));
+    else wide.alpha = sqrtf(sqr(wide.alpha) + omega * (1 / (2 * PI)));
+    return wide;
+}
+
+/* Unshadowed light of one lamp sample at a point. */
+struct lamp_light {
+    rgb diffuse, specular;
+    float3 wi;
+    float distance;
+};
+
+/* One of `count` lamp samples: its lobes averaged over the part of the lamps that it stands for, or with the MIS weight
+ * against sampling each lobe. False where none arrives. */
+static bool candidate(const struct model *model, const struct point *point, bool averages, int count,
+                      const float u[static 3], struct lamp_light *out)
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
     if (!lights_sample(model->lights, point->origin, point->n, u, &light)) return false;
     float cosine = dot(light.wi, point->n);
     if (cosine <= 0 || dot(light.wi, point->ng) <= 0) return false;
-    *diffuse = scale(mul(light.weight, brdf->kd), cosine / PI);
-    *specular = vec3(0, 0, 0);
+    *out = (struct lamp_light){
+        .diffuse = scale(mul(light.weight, brdf->kd), cosine / PI), .wi = light.wi, .distance = light.distance};
     for (int i = 0; i < brdf->lobe_count; i++) {
-        const struct lobe *lobe = &brdf->lobes[i];
-        float weight = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
-        *specular =
-            add(*specular, scale(mul(light.weight, lobe_eval(lobe, point->n, point->wo, light.wi)), cosine * weight));
+        struct lobe lobe = brdf->lobes[i];
+        float weight = cosine;
+        if (light.pdf > 0 && averages) lobe = widened(&lobe, 1 / ((float)count * light.pdf));
+        else if (light.pdf > 0) weight *= mis_weight(light.pdf, lobe_pdf(&lobe, point->n, point->wo, light.wi));
+        out->specular = mad(out->specular, mul(light.weight, lobe_eval(&lobe, point->n, point->wo, light.wi)), weight);
     }
-    *distance = light.distance;
-    return (!is_black(*diffuse) || !is_black(*specular)) &&
-           !trace_occluded(model->trace, point->origin, light.wi, light.distance);
+    return true;
+}
+
+/* Light of the lamps at a point by one shadow ray. On glossy surfaces it goes to one of CANDIDATES lamp samples, chosen
+ * by the light that they would reflect, and stands for all of them (resampling, Talbot et al. 2005): a highlight then
+ * has noise in its shadows alone. False where nothing arrives. */
+static bool lamp_light(const struct model *model, const struct point *point, bool averages, struct rng *rng,
+                       struct lamp_light *out)
+{
+    int side = point->brdf.lobe_count ? CANDIDATES : 1, count = side * side;
+    float u0 = rng_float(rng), sum = 0, pick = rng_float(rng), chosen = 0;
+    *out = (struct lamp_light){.distance = 0};
+    for (int i = 0; i < count; i++) {
+        float u1 = rng_float(rng), u2 = rng_float(rng), turn = u0 + (float)i / (float)count;
+        float u[3] = {turn < 1 ? turn : turn - 1, ((float)(i / side) + u1) / (float)side,
+                      ((float)(i % side) + u2) / (float)side};
+        struct lamp_light light;
+        if (!candidate(model, point, averages, count, u, &light)) continue;
+        float value = luminance(add(light.diffuse, light.specular));
+        if (value <= 0) continue;
+        sum += value;
+        /* With probability value / sum; what is left of `pick` is uniform again. */
+        float p = value / sum;
+        if (pick < p) {
+            pick /= p;
+            *out = light;
+            chosen = value;
+        } else {
+            pick = (pick - p) / (1 - p);
+        }
+    }
+    if (sum <= 0 || trace_occluded(model->trace, point->origin, out->wi, out->distance)) return false;
+    float scale_ = sum / (chosen * (float)count);
+    out->diffuse = scale(out->diffuse, scale_);
+    out->specular = scale(out->specular, scale_);
+    return true;
 }
 
 /* Adds light that left the first hit: its surface's own at depth 0 with `own`, else mirrored, first sent from
@@ -116,16 +175,15 @@ static void bounced(struct chain *chain, const struct point *point, float length
 static void lit(struct chain *chain, const struct point *point, rgb throughput, int depth, bool own, float before)
 {
     const struct brdf *brdf = &point->brdf;
-    float u[3] = {rng_float(chain->rng), rng_float(chain->rng), rng_float(chain->rng)};
     float weights[2] = {0}, total = 0;
     for (int i = 0; i < brdf->lobe_count; i++) total += weights[i] = max3(mul(throughput, brdf->lobes[i].weight));
     float survive = depth == 0 ? 1 : minf(total, .95f);
 
-    rgb diffuse, specular;
-    float distance;
-    if (gather_direct(chain->model, point, u, &diffuse, &specular, &distance)) {
-        add_light(chain, mul(throughput, diffuse), own, before);
-        add_light(chain, mul(throughput, specular), false, depth == 0 ? before + distance : before);
+    struct lamp_light lamp;
+    bool averages = direct_resolves(brdf) && lights_widest(chain->model->lights, point->origin) < MOST_SOLID_ANGLE;
+    if (lamp_light(chain->model, point, averages, chain->rng, &lamp)) {
+        add_light(chain, mul(throughput, lamp.diffuse), own, before);
+        add_light(chain, mul(throughput, lamp.specular), false, depth == 0 ? before + lamp.distance : before);
     }
     if (total <= 0 || rng_float(chain->rng) >= survive) return;
     int pick = rng_float(chain->rng) * total < weights[0] ? 0 : brdf->lobe_count - 1;
@@ -133,7 +191,7 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
     float3 wi;
     rgb weight = lobe_sample(&brdf->lobes[pick], point->n, point->wo, v, &wi, &pdf);
     if (is_black(weight) || dot(wi, point->ng) <= 0) return;
-    follow(chain, (struct ray){point->origin, wi}, point->n, pdf,
+    follow(chain, (struct ray){point->origin, wi}, point->n, averages ? 0 : pdf,
            scale(mul(throughput, weight), total / (weights[pick] * survive)), depth + 1, before);
 }
 

@@ -32,9 +32,4 @@ struct gathered gather(const struct model *model, const struct diffuse_cache *ca
 struct gathered gather_specular(const struct model *model, const struct diffuse_cache *cache, struct ray ray, float3 n,
                                 float pdf, struct rng *rng, rgb *lamps);
 
-/* Light of one lamp sample (u: three numbers in [0, 1)) at a point: its diffuse part in full, its lobes with the MIS
- * weight against sampling each lobe. False where none arrives. */
-bool gather_direct(const struct model *model, const struct point *point, const float u[static 3], rgb *diffuse,
-                   rgb *specular, float *distance);
-
 #endif

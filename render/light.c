@@ -96,9 +96,9 @@ void lights_free(struct lights *lights)
     free(lights);
 }
 
-bool lights_environment_only(const struct lights *lights)
+int lights_cells(const struct lights *lights, int most, struct environment_cell *cells)
 {
-    return lights->count == 1 && lights->environment.strong_flux > 0;
+    return lights->count == 1 ? environment_cells(&lights->environment, most, cells) : 0;
 }
 
 /* Of a ball at distance d, or of a disc of this radius that is turned from p by `cosine`, whichever is less. */

@@ -9,6 +9,7 @@
 #define RENDER_LIGHT_H
 
 #include "import/scene.h"
+#include "render/environment.h"
 #include "render/texture.h"
 #include "render/trace.h"
 
@@ -34,8 +35,9 @@ void lights_free(struct lights *lights);
 /* Whether there is anything to sample. */
 bool lights_any(const struct lights *lights);
 
-/* Whether all there is to sample is the environment: lights_sample then doesn't depend on p and n. */
-bool lights_environment_only(const struct lights *lights);
+/* Where all there is to sample is the environment: its strong light in at most `most` cells, the same for all points. 0
+ * where there are other lights, -1 where memory runs out. */
+int lights_cells(const struct lights *lights, int most, struct environment_cell *cells);
 
 /* The solid angle at p, sr, of the largest of the lights that are sampled by area (meshes and area lamps), about: what
  * part of all that p sees a few samples have to stand for. */

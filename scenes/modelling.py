@@ -7,7 +7,9 @@ import sys
 import bpy
 from mathutils import Vector
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "import", "blender"))
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "import", "blender"))
+MATERIAL_BALL = os.path.join(HERE, "material_ball", "material_ball.blend")
 
 
 def new_scene(width, height):
@@ -22,6 +24,16 @@ def new_scene(width, height):
     scene.world.use_nodes = True
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0, 0, 0, 1)
     return scene
+
+
+def sky():
+    """The world becomes the environment map that material_ball.blend holds (courtyard.exr, CC0), packed."""
+    with bpy.data.libraries.load(MATERIAL_BALL) as (found, wanted):
+        wanted.images = [name for name in found.images if name == "courtyard.exr"]
+    tree = bpy.context.scene.world.node_tree
+    environment = tree.nodes.new("ShaderNodeTexEnvironment")
+    environment.image, environment.location = wanted.images[0], (-300, 300)
+    tree.links.new(environment.outputs["Color"], tree.nodes["Background"].inputs["Color"])
 
 
 def camera(position, target, vertical_angle):
@@ -69,6 +81,22 @@ def box(name, size, material):
     return mesh(name, corners, faces, material)
 
 
+def ball(name, centre, radius, material):
+    """A smooth sphere of 128 x 64 faces, within 3e-4 of the radius, with the unit square as its UVs."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64, radius=radius, location=centre)
+    result = bpy.context.object
+    result.name = result.data.name = name
+    result.data.shade_smooth()
+    result.data.materials.append(material)
+    return result
+
+
+def scale_uvs(thing, u, v):
+    """Multiplies the UVs of an object."""
+    for loop in thing.data.uv_layers["UVMap"].data:
+        loop.uv = (loop.uv.x * u, loop.uv.y * v)
+
+
 def empty_material(name):
     """A material with an output node alone, and its node tree."""
     material = bpy.data.materials.new(name)
@@ -84,6 +112,22 @@ def diffuse(name, colour):
     shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
     shader.inputs["Color"].default_value = (*colour, 1)
     tree.links.new(shader.outputs["BSDF"], tree.nodes["Material Output"].inputs["Surface"])
+    return material
+
+
+def checker(name, colour1, colour2, scale):
+    """A Lambert material of two colours, `scale` cells to a unit of the UVs."""
+    material = diffuse(name, (1, 1, 1))
+    tree = material.node_tree
+    texture = tree.nodes.new("ShaderNodeTexChecker")
+    texture.location = (-200, 0)
+    texture.inputs["Color1"].default_value = (*colour1, 1)
+    texture.inputs["Color2"].default_value = (*colour2, 1)
+    texture.inputs["Scale"].default_value = scale
+    coordinates = tree.nodes.new("ShaderNodeTexCoord")
+    coordinates.location = (-400, 0)
+    tree.links.new(coordinates.outputs["UV"], texture.inputs["Vector"])
+    tree.links.new(texture.outputs["Color"], tree.nodes["Diffuse BSDF"].inputs["Color"])
     return material
 
 

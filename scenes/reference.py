@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Remakes the stored references of a scene: two independent halves each by our path tracer and by Cycles.
+"""Remakes the stored references of a scene: two independent halves each by our path tracer, by Cycles, or both.
 
-    build/venv/bin/python scenes/reference.py NAME --path SPP --cycles SPP [--threads N]
+    build/venv/bin/python scenes/reference.py NAME [--path SPP] [--cycles SPP] [--threads N]
+    build/venv/bin/python scenes/reference.py boule1 --name n40 --set materials/Floor/exponent=40 --path 512
 
 Writes scenes/NAME/reference/{path,cycles}_{a,b}.exr, 16-bit floats: Combined, and Emission (what is seen directly of
-emitters and background), which is our path tracer's in all four, so that all are masked alike. Seeds 1 and 2; the
-demo's pictures use 0. scenes/NAME/reference/command.txt keeps the command.
+emitters and background), which is our path tracer's in all four, so that all are masked alike. --name gives a variant,
+the scene with other values by --set, a folder of its own in there. Seeds 1 and 2; the demo's pictures use 0.
+command.txt beside the halves keeps the commands.
 """
 import argparse
 import os
+import shlex
 import tempfile
 
 import numpy
@@ -17,35 +20,61 @@ import pictures
 import run
 
 
-def main():
+def parse_options():
     parser = argparse.ArgumentParser(description="Remakes the references of a scene.")
-    parser.add_argument("name")
-    parser.add_argument("--path", type=int, required=True, metavar="SPP", help="samples a pixel of a half, path tracer")
-    parser.add_argument("--cycles", type=int, required=True, metavar="SPP", help="samples a pixel of a half, Cycles")
+    parser.add_argument("scene", metavar="NAME")
+    parser.add_argument("--path", type=int, metavar="SPP", help="samples a pixel of a half, path tracer")
+    parser.add_argument("--cycles", type=int, metavar="SPP", help="samples a pixel of a half, Cycles")
+    parser.add_argument("--name", default="", metavar="VARIANT", help="the folder in scenes/NAME/reference")
+    parser.add_argument("--set", action="append", default=[], metavar="ASSIGNMENT", help="as `burnish render` takes it")
     parser.add_argument("--threads", type=int, default=run.cores())
     options = parser.parse_args()
-    folder = run.reference_folder(options.name)
+    if not options.path and not options.cycles:
+        parser.error("expected --path, --cycles or both")
+    if bool(options.name) != bool(options.set):
+        parser.error("--name and --set go together: a variant has both")
+    return options
+
+
+def keep_command(options, kind, samples, folder):
+    """A line a kind in command.txt."""
+    path = os.path.join(folder, "command.txt")
+    lines = []
+    if os.path.exists(path):
+        with open(path, encoding="utf-8") as file:
+            lines = [line for line in file if f" --{kind} " not in line]
+    variant = ["--name", options.name] if options.name else []
+    variant += [word for assignment in options.set for word in ("--set", assignment)]
+    lines.append(shlex.join(["build/venv/bin/python", "scenes/reference.py", options.scene, *variant,
+                             f"--{kind}", str(samples)]) + "\n")
+    with open(path, "w", encoding="utf-8") as file:
+        file.writelines(sorted(lines, reverse=True))  # path first: Cycles' halves take its Emission
+
+
+def main():
+    options = parse_options()
+    folder = run.reference_folder(options.scene, options.name)
     os.makedirs(folder, exist_ok=True)
     with tempfile.TemporaryDirectory() as work:
-        scene, out = os.path.join(work, options.name), os.path.join(work, "out.exr")
-        run.export(options.name, scene)
-        emission = None
-        for method, samples in (("path", options.path), ("cycles", options.cycles)):
-            for half, seed in (("a", 1), ("b", 2)):
-                if method == "path":
-                    run.burnish(scene, out, "path", samples, options.threads, seed)
+        scene, out = os.path.join(work, options.scene), os.path.join(work, "out.exr")
+        run.export(options.scene, scene)
+        for kind, samples in (("path", options.path), ("cycles", options.cycles)):
+            if not samples:
+                continue
+            first, _ = run.reference(options.scene, "path", options.name)
+            emission = pictures.read(first, "Emission") if kind == "cycles" else None
+            for half, seed in zip(run.reference(options.scene, kind, options.name), (1, 2)):
+                if kind == "path":
+                    run.burnish(scene, out, "path", samples, options.threads, seed, options.set)
                     emission = pictures.read(out, "Emission") if emission is None else emission
                 else:
-                    run.cycles(options.name, out, samples, options.threads, seed)
+                    run.cycles(options.scene, out, samples, options.threads, seed, assignments=options.set)
                 combined = pictures.read(out)
                 if numpy.abs(combined).max() > 65504:
-                    raise SystemExit(f"{options.name}: a pixel of {combined.max():g} is too bright for 16 bits")
-                file = f"{method}_{half}.exr"
-                pictures.write_half(os.path.join(folder, file), {"Combined": combined, "Emission": emission})
-                print(f"{options.name}: {file}, {samples} samples a pixel", flush=True)
-    with open(os.path.join(folder, "command.txt"), "w", encoding="utf-8") as file:
-        file.write(f"build/venv/bin/python scenes/reference.py {options.name} --path {options.path} "
-                   f"--cycles {options.cycles}\n")
+                    raise SystemExit(f"{options.scene}: a pixel of {combined.max():g} is too bright for 16 bits")
+                pictures.write_half(half, {"Combined": combined, "Emission": emission})
+                print(f"{os.path.relpath(half, run.ROOT)}: {samples} samples a pixel", flush=True)
+            keep_command(options, kind, samples, folder)
 
 
 if __name__ == "__main__":

@@ -17,13 +17,14 @@ def blend(name):
     return os.path.join(ROOT, "scenes", name, name + ".blend")
 
 
-def reference_folder(name):
-    return os.path.join(ROOT, "scenes", name, "reference")
+def reference_folder(name, variant=""):
+    """variant: the scene with other values by --set, as scenes/reference.py names it."""
+    return os.path.join(ROOT, "scenes", name, "reference", variant)
 
 
-def reference(name, kind):
+def reference(name, kind, variant=""):
     """The two halves by "path" or "cycles"."""
-    return [os.path.join(reference_folder(name), f"{kind}_{half}.exr") for half in "ab"]
+    return [os.path.join(reference_folder(name, variant), f"{kind}_{half}.exr") for half in "ab"]
 
 
 def _call(command, quiet=False):
@@ -42,20 +43,24 @@ def export(name, folder):
     return _python("export.py", blend(name), "-o", folder)
 
 
-def burnish(scene, out, method, samples, threads, seed=0):
-    """Renders and returns the numbers of --stats."""
+def _set(assignments):
+    return [word for assignment in assignments for word in ("--set", assignment)]
+
+
+def burnish(scene, out, method, samples, threads, seed=0, assignments=()):
+    """Renders and returns the numbers of --stats; assignments: what --set takes."""
     stats = out.replace(".exr", ".json")
     _call([PROGRAM, "render", scene, "-o", out, "--method", method, "--spp", str(samples), "--threads", str(threads),
-           "--seed", str(seed), "--stats", stats])
+           "--seed", str(seed), "--stats", stats, *_set(assignments)])
     with open(stats, encoding="utf-8") as file:
         return json.load(file)
 
 
-def cycles(name, out, samples, threads, seed=0, denoise=False):
+def cycles(name, out, samples, threads, seed=0, denoise=False, assignments=()):
     """Renders the .blend with Cycles and returns the numbers of its --stats."""
     stats = out.replace(".exr", ".json")
     _python("cycles.py", blend(name), "-o", out, "--spp", samples, "--threads", threads, "--seed", seed,
-            "--stats", stats, *["--denoise"] * denoise)
+            "--stats", stats, *_set(assignments), *["--denoise"] * denoise)
     with open(stats, encoding="utf-8") as file:
         return json.load(file)
 

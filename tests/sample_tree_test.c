@@ -146,6 +146,10 @@ static void black_groups(void **state)
     for (int i = 0; i < COUNT; i++)
         mean = mad(mean, mad(ORIGIN, c->samples[i].dir, c->samples[i].distance), 1.0f / COUNT);
     assert_float_equal(length(sub(c->tree.nodes[0].eas.position, mean)), 0, 1e-4f);
+    /* Far out in a lobe light is so faint that its share of the solid angle has no reciprocal: as good as black. */
+    for (int i = 0; i < COUNT; i++) c->samples[i].radiance = vec3(1e-40f, 1e-40f, 1e-40f);
+    assert_true(sample_tree_build(&c->tree, c->samples, COUNT, ORIGIN, c->frame));
+    assert_true(length(sub(c->tree.nodes[0].eas.position, mean)) < 1e-4f); /* and is a number */
     free_case(c);
 }
 

@@ -110,7 +110,7 @@ def test_another_texture_is_refused(burnish, sanitized, copy, cached, tmp_path):
 
 
 def test_what_a_cache_outlives(burnish, copy, cached, tmp_path):
-    """The order of keys, notes and generator change nothing; a camera that looks elsewhere and exponents are allowed."""
+    """The order of keys, notes and generator change nothing."""
     def respell(scene):
         scene["notes"] = [{"text": "new"}]
         scene["generator"] = "somebody"
@@ -141,4 +141,5 @@ def test_stopped_while_it_writes_it_leaves_no_half_file(burnish, cornell, tmp_pa
     assert process.wait(20) == -signal.SIGINT
     assert os.listdir(tmp_path) in ([], ["a.cache"])
     if os.listdir(tmp_path):  # it was whole already
-        burnish("render", cornell, "-o", tmp_path / "a.exr", "--cache", tmp_path / "a.cache", "--size", "128x128", check=0)
+        burnish("render", cornell, "-o", tmp_path / "a.exr", "--cache", tmp_path / "a.cache", "--size", "128x128",
+                check=0)

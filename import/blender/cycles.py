@@ -2,7 +2,7 @@
 """The reference: renders a .blend with Cycles on the CPU, every setting off that trades truth for speed.
 
     python3 import/blender/cycles.py FILE.blend -o REF.exr --spp 256 [--seed 1] [--threads 1] [--size 384x384]
-                                     [--denoise] [--half] [--stats STATS.json]
+                                     [--set materials/NAME/exponent=VALUE] [--denoise] [--half] [--stats STATS.json]
 
 REF.exr holds Blender's channels ViewLayer.Combined.R ... (linear, 32 bits), ViewLayer.Emit (emitters seen directly),
 ViewLayer.Normal and ViewLayer.Depth; with --half 16 bits and the first two alone, for references that are stored. Two
@@ -55,6 +55,8 @@ def parse_options():
     parser.add_argument("--seed", type=integer(0, 2**31 - 1), default=0)
     parser.add_argument("--threads", type=integer(1, 1024), default=len(os.sched_getaffinity(0)), help="all by default")
     parser.add_argument("--size", type=size, metavar="WxH", help="pixels; the file's by default")
+    parser.add_argument("--set", action="append", default=[], metavar="materials/NAME/exponent=VALUE",
+                        help="replaces a Phong material's exponent or a Principled one's roughness; may be given again")
     parser.add_argument("--denoise", action="store_true", help="OpenImageDenoise with albedo and normal")
     parser.add_argument("--half", action="store_true", help="16 bits, Combined and Emit alone")
     parser.add_argument("--stats", metavar="FILE.json")
@@ -154,10 +156,16 @@ def save(bpy, scene, output, half):
 def main():
     options = parse_options()
     bpy = import_blender(options.threads)
+    import assignment
     import unbiased
     changes = []
     with silent_stdout():
         scene = open_scene(bpy, options.blend)
+        for text in options.set:
+            try:
+                assignment.apply(text)
+            except ValueError as error:
+                fail(error)
         set_up(scene, options)
         unbiased.settings(scene, options.denoise, changes)
         unbiased.subsurf(scene, changes)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes cornell.blend and cornell_glossy.blend beside this file: a box of 2 m, open in front, with a glossy back wall
-and two glossy boxes, lit by a one-sided square under the ceiling. In cornell_glossy all five walls are glossy.
+"""Makes cornell.blend beside this file and ../cornell_glossy/cornell_glossy.blend: a box of 2 m, open in front, with a
+glossy back wall and two glossy boxes, lit by a one-sided square under the ceiling. In cornell_glossy all five walls are
+glossy.
 
     python3 scenes/cornell/make.py
 """
@@ -42,4 +43,4 @@ def make(path, glossy_walls):
 
 
 make(os.path.join(HERE, "cornell.blend"), glossy_walls=False)
-make(os.path.join(HERE, "cornell_glossy.blend"), glossy_walls=True)
+make(os.path.join(HERE, "..", "cornell_glossy", "cornell_glossy.blend"), glossy_walls=True)

@@ -29,19 +29,9 @@ def room():
     modelling.quad("Right", [(x, y, 0), (x, -y, 0), (x, -y, HEIGHT), (x, y, HEIGHT)],
                    modelling.diffuse("Right", (.1, .28, .5)))
 
-    wall = modelling.diffuse("Checker", (1, 1, 1))
-    checker = wall.node_tree.nodes.new("ShaderNodeTexChecker")
-    checker.location = (-200, 0)
-    checker.inputs["Color1"].default_value = (.75, .72, .62, 1)
-    checker.inputs["Color2"].default_value = (.12, .14, .18, 1)
-    checker.inputs["Scale"].default_value = 2
-    coordinates = wall.node_tree.nodes.new("ShaderNodeTexCoord")
-    coordinates.location = (-400, 0)
-    wall.node_tree.links.new(coordinates.outputs["UV"], checker.inputs["Vector"])
-    wall.node_tree.links.new(checker.outputs["Color"], wall.node_tree.nodes["Diffuse BSDF"].inputs["Color"])
+    wall = modelling.checker("Checker", (.75, .72, .62), (.12, .14, .18), 2)
     back = modelling.quad("Back", [(-x, y, 0), (x, y, 0), (x, y, HEIGHT), (-x, y, HEIGHT)], wall)
-    for loop in back.data.uv_layers["UVMap"].data:  # metres, so that the cells are square
-        loop.uv = (loop.uv.x * WIDTH, loop.uv.y * HEIGHT)
+    modelling.scale_uvs(back, WIDTH, HEIGHT)  # metres, so that the cells are square
 
 
 def eyeball_vertices(edited):

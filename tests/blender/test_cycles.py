@@ -16,6 +16,7 @@ import pytest
 from bpy_extras.object_utils import world_to_camera_view
 
 from blenderscene import ROOT, new_camera, new_material, new_mesh, new_plane
+import assignment
 import phong  # noqa: F401  (it puts Blender's own packages, OpenImageIO among them, on the path)
 import unbiased
 
@@ -119,6 +120,24 @@ def test_a_phong_file_renders_far_from_its_shader(tmp_path):
     assert rgb(moved)[8, 15].min() > 1  # the lamp's reflection in the back wall, which only Phong makes
 
 
+def test_set_replaces_an_exponent(tmp_path):
+    changed, _ = render(CORNELL, tmp_path / "a.exr", "--spp", 16, "--size", "32x32",
+                        "--set", "materials/Back/exponent=0")
+    stayed, _ = render(CORNELL, tmp_path / "b.exr", "--spp", 16, "--size", "32x32")
+    assert rgb(stayed)[8, 15].min() > 1 > rgb(changed)[8, 15].max()  # the lamp's reflection in the back wall
+    same, _ = render(CORNELL, tmp_path / "c.exr", "--spp", 16, "--size", "32x32",
+                     "--set", "materials/Back/exponent=5", "--set", "materials/Back/exponent=100")
+    assert np.array_equal(rgb(stayed), rgb(same))
+
+
+def test_set_replaces_a_texture(scene):
+    material, node, link = new_material("Rough/er")
+    principled = node("ShaderNodeBsdfPrincipled")
+    link(node("ShaderNodeTexChecker").outputs["Fac"], principled.inputs["Roughness"])
+    assignment.apply("materials/Rough/er/roughness=.25")
+    assert principled.inputs["Roughness"].default_value == .25 and not principled.inputs["Roughness"].is_linked
+
+
 def test_cages_become_finer_than_a_pixel(scene):
     # A single square that stays one: its edges are 2 m, 55 pixels, in the cage as on the limit surface.
     plane = new_plane()
@@ -166,6 +185,10 @@ def test_blender_finds_its_own_cycles_from_a_script_in_the_folder():
     (("blind.blend", "-o", "x.exr", "--spp", 1), 3, r"blind\.blend: the scene 'Scene' has no camera"),
     ((CORNELL, "-o", "x.png", "--spp", 1), 3, r"x\.png: expected a name that ends in \.exr"),
     ((CORNELL, "-o", "none/x.exr", "--spp", 1), 3, r"none/x\.exr: the folder none is not there"),
+    ((CORNELL, "-o", "x.exr", "--spp", 1, "--set", "Back=3"), 3, r"Back=3: expected materials/NAME/exponent=VALUE"),
+    ((CORNELL, "-o", "x.exr", "--spp", 1, "--set", "materials/Gold/exponent=3"), 3, r"no material 'Gold' with"),
+    ((CORNELL, "-o", "x.exr", "--spp", 1, "--set", "materials/Back/roughness=1"), 3, r"with the property 'roughness'"),
+    ((CORNELL, "-o", "x.exr", "--spp", 1, "--set", "materials/Back/exponent=x"), 3, r"found 'x', expected a number"),
     ((CORNELL, "-o", "x.exr", "--spp", 0), 2, r"--spp: '0' is not a whole number"),
     ((CORNELL, "-o", "x.exr", "--spp", 1, "--size", "9"), 2, r"--size: '9' is not WIDTHxHEIGHT"),
 ])
