@@ -78,7 +78,9 @@ static const struct argp_option render_arguments[] = {
     {"spp", KEY_SPP, "N", 0, "primary rays a pixel (16; path: 64)", 0},
     {"size", KEY_SIZE, "WxH", 0, "pixels (the scene's)", 0},
     {"set", KEY_SET, "materials/NAME/exponent=VALUE", 0,
-     "replace a Phong material's exponent or a Principled one's roughness; may be given again", 0},
+     "replace a Phong material's exponent (a Principled one's roughness), or move the camera: camera/shift=X,Y,Z in "
+     "metres; may be given again",
+     0},
     {"threads", KEY_THREADS, "N", 0, "threads (all cores); the picture does not depend on it", 0},
     {"seed", KEY_SEED, "N", 0, "chooses the random numbers (0)", 0},
     {"cache", KEY_CACHE, "FILE", 0,

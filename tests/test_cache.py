@@ -143,3 +143,27 @@ def test_stopped_while_it_writes_it_leaves_no_half_file(burnish, cornell, tmp_pa
     if os.listdir(tmp_path):  # it was whole already
         burnish("render", cornell, "-o", tmp_path / "a.exr", "--cache", tmp_path / "a.cache", "--size", "128x128",
                 check=0)
+
+
+def test_another_camera_adds_records(burnish, cornell, cached, tmp_path):
+    """As many as make a picture whole, the same for any number of threads; the file stays."""
+    before, pictures = (cached / "a.cache").read_bytes(), []
+    for threads in (1, 3):
+        picture, numbers, said = render(burnish, cornell, tmp_path, "--set", "camera/shift=.4,0,.2", "--threads",
+                                        threads, cache=cached / "a.cache")
+        pictures.append(picture)
+        added = numbers["records"] - numbers["loaded_records"]
+        assert 0 < added < numbers["loaded_records"]
+        assert f"{added} records were added to its {numbers['loaded_records']}" in said
+    assert pictures[0] == pictures[1] != (cached / "a.exr").read_bytes()
+    assert (cached / "a.cache").read_bytes() == before
+
+
+@pytest.mark.parametrize("assignments,words", [
+    (("materials/Back/exponent=40",), "exponent of material 'Back': light"),
+    (("materials/Back/exponent=200", "materials/Tall box/exponent=40"), "'Back' and 1 more: light")])
+def test_other_exponents_are_said_to_be_stale(burnish, cornell, cached, tmp_path, assignments, words):
+    sets = [word for assignment in assignments for word in ("--set", assignment)]
+    picture, numbers, said = render(burnish, cornell, tmp_path, *sets, cache=cached / "a.cache")
+    assert picture != (cached / "a.exr").read_bytes() and numbers["loaded_records"] > 0
+    assert words in said and ("coarse" in said) == ("200" in sets[1])
