@@ -8,8 +8,8 @@
 /* Samples of a pixel that are grouped together: a power of two, for the sequence. */
 enum { SEED_PIXEL = 401, BATCH = 16 };
 
-/* Shadow rays a camera ray: a power of two. */
-enum { SHADOW_RAYS = 4 };
+/* Shadow rays a camera ray: to lamp samples (a power of two), and for highlights to what makes them. */
+enum { SHADOW_RAYS = 4, HIGHLIGHT_RAYS = 2 };
 
 /* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
@@ -18,7 +18,7 @@ bool cached_prepare(const struct model *model, const struct fill *fill, bool eas
                     struct cached *cached)
 {
     *cached = (struct cached){.model = model, .fill = fill, .eas = eas, .spp = spp, .seed = seed};
-    return direct_prepare(model, fill->tables, SHADOW_RAYS * (spp < BATCH ? spp : BATCH), &cached->direct);
+    return direct_prepare(model, fill->tables, &cached->direct);
 }
 
 void cached_free(struct cached *cached) { direct_free(&cached->direct); }
@@ -32,35 +32,39 @@ static bool caches_lobes(const struct cached *cached, const struct point *point)
 /* Points of a pixel that are alike; sums until it is looked up. */
 struct group {
     struct point point; /* the first; p, origin, n, wo and kd become sums */
-    float count;
+    float3 origins[BATCH];
+    int count;
+    bool averages; /* direct_averages at the first */
     struct direct_share share;
 };
 
 /* The group that the point joins. */
-static struct group *group_of(struct group groups[BATCH], int *group_count, const struct point *point)
+static struct group *group_of(const struct direct *direct, struct group groups[BATCH], int *group_count,
+                              const struct point *point)
 {
     for (int i = 0; i < *group_count; i++) {
         struct group *g = &groups[i];
         if (g->point.object != point->object || g->point.material != point->material ||
-            dot(g->point.n, point->n) < GROUP_COSINE * g->count)
+            dot(g->point.n, point->n) < GROUP_COSINE * (float)g->count)
             continue;
         g->point.p = add(g->point.p, point->p);
         g->point.origin = add(g->point.origin, point->origin);
         g->point.n = add(g->point.n, point->n);
         g->point.wo = add(g->point.wo, point->wo);
         g->point.brdf.kd = add(g->point.brdf.kd, point->brdf.kd);
-        g->count += 1;
+        g->origins[g->count++] = point->origin;
         return g;
     }
     struct group *g = &groups[(*group_count)++];
-    *g = (struct group){.point = *point, .count = 1};
+    *g = (struct group){
+        .point = *point, .origins = {point->origin}, .count = 1, .averages = direct_averages(direct, point)};
     return g;
 }
 
 static struct point group_mean(const struct group *group)
 {
     struct point point = group->point;
-    float share = 1 / group->count;
+    float share = 1 / (float)group->count;
     point.p = scale(point.p, share);
     point.origin = scale(point.origin, share);
     point.n = normalize(point.n);
@@ -163,8 +167,8 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         float2 jitter = sequence_point(place, i);
         struct point point;
         if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, pixel, &point)) continue;
-        struct group *group = group_of(groups, &group_count, &point);
-        bool averages = direct_averages(&cached->direct, &point), from_eas = caches_lobes(cached, &point);
+        struct group *group = group_of(&cached->direct, groups, &group_count, &point);
+        bool averages = group->averages, from_eas = caches_lobes(cached, &point);
         for (int k = i * SHADOW_RAYS; k < (i + 1) * SHADOW_RAYS; k++) {
             float2 on_lamp = sequence_point(lamp, k);
             /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself.
@@ -181,8 +185,12 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
     }
     for (int i = 0; i < group_count; i++) {
         struct point point = group_mean(&groups[i]);
-        look_up(cached, &point, groups[i].count, pixel, &rng);
-        pixel->direct = mad(pixel->direct, direct_light(&cached->direct, &point, &groups[i].share), groups[i].count);
+        float samples = (float)groups[i].count;
+        look_up(cached, &point, samples, pixel, &rng);
+        if (!groups[i].averages) point.brdf.lobe_count = 0; /* sampled already */
+        rgb light = direct_light(&cached->direct, &point, &groups[i].share, groups[i].origins, groups[i].count,
+                                 HIGHLIGHT_RAYS * groups[i].count, &rng);
+        pixel->direct = mad(pixel->direct, light, samples);
     }
 }
 

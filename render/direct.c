@@ -9,7 +9,8 @@
 enum { RUNS = 8, SIDE = 6, CELLS = RUNS * SIDE * SIDE };
 
 /* An environment alone has the same cells everywhere. */
-enum { SKY_CELLS = 512 };
+enum { SKY_CELLS = 512, MOST_CELLS = SKY_CELLS };
+_Static_assert(CELLS <= MOST_CELLS, "room for the cells of lamps");
 
 /* Lobes narrower than this, rad, aren't resolved: n = 300. */
 #define LEAST_WIDTH .08f
@@ -36,28 +37,29 @@ struct cell {
     rgb weight;  /* radiance x omega, W/m2 before the cosine */
 };
 
-/* A light sample as a cell, one of `count`. */
-static struct cell cell_of(const struct light_sample *light, int count)
-{
-    float omega = light->pdf > 0 ? minf(1 / (light->pdf * (float)count), 2 * PI) : 0;
-    return (struct cell){light->wi, omega, scale(light->weight, 1 / (float)count)};
-}
-
-/* Cell i of CELLS. */
-static bool lamp_cell(const struct lights *lights, float3 p, float3 n, int i, struct cell *cell)
+/* Cell i of CELLS by the light sample at the place (x, y) in it, .5 each: its middle. */
+static bool lamp_sample_in(const struct lights *lights, const struct point *point, int i, float x, float y,
+                           struct light_sample *light)
 {
     int run = i / (SIDE * SIDE), row = i / SIDE % SIDE, column = i % SIDE;
-    float u[3] = {((float)i + .5f) / (float)CELLS, ((float)row + (run & 1 ? .75f : .25f)) / (float)SIDE,
-                  ((float)column + (run & 2 ? .75f : .25f)) / (float)SIDE};
-    struct light_sample light;
-    if (!lights_sample(lights, p, n, u, &light)) return false;
-    *cell = cell_of(&light, CELLS);
-    return true;
+    /* The runs' shifts interleave their middles; jittered places wrap within the run's square. */
+    float v = ((float)row + y + (run & 1 ? .25f : -.25f)) / (float)SIDE,
+          w = ((float)column + x + (run & 2 ? .25f : -.25f)) / (float)SIDE;
+    float u[3] = {((float)i + .5f) / (float)CELLS, v - floorf(v), w - floorf(w)};
+    return lights_sample(lights, point->origin, point->n, u, light);
 }
 
-bool direct_prepare(const struct model *model, const struct mean_brdf *tables, int shadow_rays, struct direct *direct)
+static struct cell lamp_cell(const struct lights *lights, const struct point *point, int i)
 {
-    *direct = (struct direct){.model = model, .tables = tables, .shadow_rays = shadow_rays};
+    struct light_sample light;
+    if (!lamp_sample_in(lights, point, i, .5f, .5f, &light)) return (struct cell){.omega = 0};
+    float omega = light.pdf > 0 ? minf(1 / (light.pdf * (float)CELLS), 2 * PI) : 0;
+    return (struct cell){light.wi, omega, scale(light.weight, 1 / (float)CELLS)};
+}
+
+bool direct_prepare(const struct model *model, const struct mean_brdf *tables, struct direct *direct)
+{
+    *direct = (struct direct){.model = model, .tables = tables};
     struct environment_cell *sky = malloc(SKY_CELLS * sizeof *sky);
     direct->sky_count = sky ? lights_cells(model->lights, SKY_CELLS, sky) : -1;
     if (direct->sky_count > 0) direct->sky = sky;
@@ -95,33 +97,23 @@ rgb direct_sample(const struct direct *direct, const struct point *point, const 
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
-    rgb averaged[DIRECT_PARTS] = {{0}}, sampled = {0};
+    rgb averaged = {0}, sampled = {0};
     if (!lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sampled;
     float cosine = maxf(dot(light.wi, point->n), 0);
-    rgb diffuse = scale(mul(light.weight, brdf->kd), cosine / PI);
-    if (direct->sky) averaged[DIRECT_DIFFUSE] = diffuse;
-    else sampled = diffuse;
-    if (averages) {
-        struct mean_lobe lobes[2];
-        prepare_lobes(direct, point, lobes);
-        struct cell cell = cell_of(&light, direct->shadow_rays);
-        averaged[DIRECT_LOBES] = mul(light.weight, lobes_over(brdf, lobes, &cell));
-    } else {
-        for (int i = 0; i < brdf->lobe_count; i++) {
-            const struct lobe *lobe = &brdf->lobes[i];
-            float mis = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
-            rgb f = lobe_eval(lobe, point->n, point->wo, light.wi);
-            sampled = mad(sampled, mul(light.weight, f), cosine * mis);
-        }
+    *(direct->sky ? &averaged : &sampled) = scale(mul(light.weight, brdf->kd), cosine / PI);
+    for (int i = 0; !averages && i < brdf->lobe_count; i++) {
+        const struct lobe *lobe = &brdf->lobes[i];
+        float mis = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
+        rgb f = lobe_eval(lobe, point->n, point->wo, light.wi);
+        sampled = mad(sampled, mul(light.weight, f), cosine * mis);
     }
-    if (is_black(averaged[DIRECT_DIFFUSE]) && is_black(averaged[DIRECT_LOBES]) && is_black(sampled)) return sampled;
+    if (is_black(averaged) && is_black(sampled)) return sampled;
     bool lit = cosine > 0 && dot(light.wi, point->ng) > 0 &&
                !trace_occluded(direct->model->trace, point->origin, light.wi, light.distance);
-    for (int k = 0; k < DIRECT_PARTS; k++) {
-        share->asked[k] = add(share->asked[k], averaged[k]);
-        if (lit) share->lit[k] = add(share->lit[k], averaged[k]);
-    }
-    return lit ? sampled : vec3(0, 0, 0);
+    share->asked = add(share->asked, averaged);
+    if (!lit) return vec3(0, 0, 0);
+    share->lit = add(share->lit, averaged);
+    return sampled;
 }
 
 static rgb ratio(rgb a, rgb b)
@@ -129,27 +121,64 @@ static rgb ratio(rgb a, rgb b)
     return vec3(b.x > 0 ? a.x / b.x : 0, b.y > 0 ? a.y / b.y : 0, b.z > 0 ? a.z / b.z : 0);
 }
 
-rgb direct_light(const struct direct *direct, const struct point *point, const struct direct_share *share)
+/* Whether light comes through from a random place in cell i. */
+static bool cell_lit(const struct direct *direct, const struct point *point, float3 origin, int i,
+                     const struct cell *cell, struct rng *rng)
 {
-    bool lobes_lit = !is_black(share->lit[DIRECT_LOBES]);
-    if (!lobes_lit && is_black(share->lit[DIRECT_DIFFUSE])) return vec3(0, 0, 0);
+    float3 wi = cell->wi;
+    float distance = INFINITY, x = rng_float(rng), y = rng_float(rng);
+    if (direct->sky) { /* in the cell's cap */
+        float z = 1 - x * cell->omega * (1 / (2 * PI)), r = sqrtf(maxf(1 - z * z, 0));
+        wi = to_world(frame_about(wi), vec3(r * cosf(2 * PI * y), r * sinf(2 * PI * y), z));
+    } else {
+        struct light_sample light;
+        if (!lamp_sample_in(direct->model->lights, point, i, x, y, &light) &&
+            !lamp_sample_in(direct->model->lights, point, i, .5f, .5f, &light))
+            return false;
+        /* Sampled from the mean point: the same place from this origin. */
+        float3 to = isinf(light.distance) ? light.wi : sub(mad(point->origin, light.wi, light.distance), origin);
+        distance = isinf(light.distance) ? INFINITY : length(to);
+        wi = normalize(to);
+    }
+    return dot(wi, point->ng) > 0 && !trace_occluded(direct->model->trace, origin, wi, distance);
+}
+
+rgb direct_light(const struct direct *direct, const struct point *point, const struct direct_share *share,
+                 const float3 *origins, int count, int rays, struct rng *rng)
+{
     struct mean_lobe lobes[2];
-    rgb e = {0}, specular = {0};
+    struct cell cells[MOST_CELLS];
+    rgb light[MOST_CELLS], e = {0}, specular = {0};
+    float sum = 0;
+    bool diffuse_lit = !is_black(share->lit);
+    int cell_count = direct->sky ? direct->sky_count : CELLS;
+    if (point->brdf.lobe_count == 0 && !diffuse_lit) return e;
     prepare_lobes(direct, point, lobes);
-    int count = direct->sky ? direct->sky_count : CELLS;
-    for (int i = 0; i < count; i++) {
-        struct cell cell;
+    for (int i = 0; i < cell_count; i++) {
         if (direct->sky) {
             const struct environment_cell *sky = &direct->sky[i];
-            e = mad(e, sky->flux, sky->spread * maxf(dot(sky->wi, point->n), 0));
+            if (diffuse_lit) e = mad(e, sky->flux, sky->spread * maxf(dot(sky->wi, point->n), 0));
             /* The cap whose directions are spread as much: the mean cosine to its axis is 1 - omega/4pi. */
-            cell = (struct cell){sky->wi, 4 * PI * (1 - sky->spread), sky->flux};
-        } else if (!lamp_cell(direct->model->lights, point->origin, point->n, i, &cell)) {
-            continue;
+            cells[i] = (struct cell){sky->wi, 4 * PI * (1 - sky->spread), sky->flux};
+        } else {
+            cells[i] = lamp_cell(direct->model->lights, point, i);
         }
-        if (lobes_lit) specular = add(specular, mul(cell.weight, lobes_over(&point->brdf, lobes, &cell)));
+        light[i] =
+            is_black(cells[i].weight) ? (rgb){0} : mul(cells[i].weight, lobes_over(&point->brdf, lobes, &cells[i]));
+        specular = add(specular, light[i]);
+        sum += luminance(light[i]);
+    }
+    /* Shadow rays at equal steps through the cells' light, from a random start. */
+    rgb asked = {0}, lit = {0};
+    float step = sum / (float)rays, next = step * rng_float(rng), passed = 0;
+    for (int i = 0, k = 0; i < cell_count && sum > 0; i++) {
+        float own = luminance(light[i]);
+        for (passed += own; next < passed && k < rays; next += step, k++) {
+            rgb share_of = scale(light[i], 1 / own);
+            asked = add(asked, share_of);
+            if (cell_lit(direct, point, origins[k % count], i, &cells[i], rng)) lit = add(lit, share_of);
+        }
     }
     rgb diffuse = mul(scale(point->brdf.kd, 1 / PI), e);
-    return add(mul(diffuse, ratio(share->lit[DIRECT_DIFFUSE], share->asked[DIRECT_DIFFUSE])),
-               mul(specular, ratio(share->lit[DIRECT_LOBES], share->asked[DIRECT_LOBES])));
+    return add(mul(diffuse, ratio(share->lit, share->asked)), mul(specular, ratio(lit, asked)));
 }
