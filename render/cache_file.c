@@ -23,10 +23,10 @@ struct header {
     char magic[8];
     uint32_t byte_order, version;
     uint64_t scene, seed;
-    uint32_t eas, material_count;
+    uint32_t eas, lamps, material_count;
     struct scene_camera camera;
     float stretch[CACHES];
-    uint32_t zones[CACHES], eas_count, unused;
+    uint32_t zones[CACHES], eas_count;
 };
 static_assert(sizeof(struct header) == 144, "no padding");
 
@@ -87,15 +87,16 @@ static char *assemble(const struct header *header, const struct scene *scene, co
     return bytes;
 }
 
-bool cache_file_write(const char *path, uint64_t hash, const struct scene *scene, const struct fill_options *options,
-                      const struct fill *fill, char error[static SCENE_ERROR])
+bool cache_file_write(const char *path, uint64_t hash, const struct scene *scene, const struct fill *fill,
+                      char error[static SCENE_ERROR])
 {
     struct header header = {
         .byte_order = BYTE_ORDER_MARK,
         .version = VERSION,
         .scene = hash,
-        .seed = options->seed,
-        .eas = options->eas,
+        .seed = fill->options.seed,
+        .eas = fill->options.eas,
+        .lamps = fill->options.lamps,
         .material_count = (uint32_t)scene->material_count,
         .camera = scene->camera,
         .stretch = {fill->bounced.zones.stretch, fill->diffuse.zones.stretch, fill->glossy.zones.stretch},
@@ -168,6 +169,9 @@ static const char *check_header(const char *bytes, size_t size, uint64_t hash, c
     if (header->eas != options->eas)
         return options->eas ? "was made with --method hybrid, expected eas"
                             : "was made with --method eas, expected hybrid";
+    if (header->lamps != options->lamps)
+        return options->lamps ? "was made with --records indirect, expected all"
+                              : "was made with --records all, expected indirect";
     snprintf(found, 256, "was made with --seed %llu, expected %llu", (unsigned long long)header->seed,
              (unsigned long long)options->seed);
     return header->seed == options->seed ? NULL : found;
@@ -293,7 +297,7 @@ bool cache_file_read(const char *path, uint64_t hash, const struct scene *scene,
     size_t size;
     struct header header;
     char found[256];
-    *fill = (struct fill){0};
+    *fill = (struct fill){.options = *options};
     *change = (struct cache_file_change){0};
     char *bytes = load(path, &size, error);
     if (!bytes) return false;

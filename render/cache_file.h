@@ -14,8 +14,8 @@
 
 /* Writes under image_temporary's name, then renames. `hash`: scene_hash's. False and a sentence on failure; nothing is
  * left behind then. */
-bool cache_file_write(const char *path, uint64_t hash, const struct scene *scene, const struct fill_options *options,
-                      const struct fill *fill, char error[static SCENE_ERROR]);
+bool cache_file_write(const char *path, uint64_t hash, const struct scene *scene, const struct fill *fill,
+                      char error[static SCENE_ERROR]);
 
 /* How the scene differs from the one that the caches were made for. */
 struct cache_file_change {

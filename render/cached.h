@@ -16,14 +16,12 @@ struct cached {
     const struct model *model; /* borrowed */
     const struct fill *fill;   /* borrowed */
     struct direct direct;
-    bool eas; /* lobes from EAS, not traced */
     int spp;
     uint64_t seed;
 };
 
 /* False: no memory. */
-bool cached_prepare(const struct model *model, const struct fill *fill, bool eas, int spp, uint64_t seed,
-                    struct cached *cached);
+bool cached_prepare(const struct model *model, const struct fill *fill, int spp, uint64_t seed, struct cached *cached);
 void cached_free(struct cached *cached);
 
 /* Adds all samples of pixel (x, y). Any thread may call; the result depends on the arguments alone. */

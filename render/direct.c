@@ -27,6 +27,7 @@ bool direct_resolves(const struct brdf *brdf)
 bool direct_averages(const struct direct *direct, const struct point *point)
 {
     if (point->brdf.lobe_count == 0) return true; /* nothing to average, and no lamp to look at for it */
+    if (direct->points_only) return true;
     return direct_resolves(&point->brdf) && lights_widest(direct->model->lights, point->origin) < MOST_SOLID_ANGLE;
 }
 
@@ -57,9 +58,11 @@ static struct cell lamp_cell(const struct lights *lights, const struct point *po
     return (struct cell){light.wi, omega, scale(light.weight, 1 / (float)CELLS)};
 }
 
-bool direct_prepare(const struct model *model, const struct mean_brdf *tables, struct direct *direct)
+bool direct_prepare(const struct model *model, const struct mean_brdf *tables, bool points_only, struct direct *direct)
 {
-    *direct = (struct direct){.model = model, .tables = tables};
+    *direct = (struct direct){.model = model, .tables = tables, .points_only = points_only};
+    direct->idle = points_only && !lights_any_points(model->lights);
+    if (points_only) return true;
     struct environment_cell *sky = malloc(SKY_CELLS * sizeof *sky);
     direct->sky_count = sky ? lights_cells(model->lights, SKY_CELLS, sky) : -1;
     if (direct->sky_count > 0) direct->sky = sky;
@@ -98,7 +101,8 @@ rgb direct_sample(const struct direct *direct, const struct point *point, const 
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
     rgb averaged = {0}, sampled = {0};
-    if (!lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sampled;
+    if (direct->idle || !lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sampled;
+    if (direct->points_only && light.pdf > 0) return sampled;
     float cosine = maxf(dot(light.wi, point->n), 0);
     *(direct->sky ? &averaged : &sampled) = scale(mul(light.weight, brdf->kd), cosine / PI);
     for (int i = 0; !averages && i < brdf->lobe_count; i++) {
@@ -152,7 +156,7 @@ rgb direct_light(const struct direct *direct, const struct point *point, const s
     float sum = 0;
     bool diffuse_lit = !is_black(share->lit);
     int cell_count = direct->sky ? direct->sky_count : CELLS;
-    if (point->brdf.lobe_count == 0 && !diffuse_lit) return e;
+    if (direct->idle || (point->brdf.lobe_count == 0 && !diffuse_lit)) return e;
     prepare_lobes(direct, point, lobes);
     for (int i = 0; i < cell_count; i++) {
         if (direct->sky) {
@@ -162,6 +166,7 @@ rgb direct_light(const struct direct *direct, const struct point *point, const s
             cells[i] = (struct cell){sky->wi, 4 * PI * (1 - sky->spread), sky->flux};
         } else {
             cells[i] = lamp_cell(direct->model->lights, point, i);
+            if (direct->points_only && cells[i].omega > 0) cells[i].weight = vec3(0, 0, 0);
         }
         light[i] =
             is_black(cells[i].weight) ? (rgb){0} : mul(cells[i].weight, lobes_over(&point->brdf, lobes, &cells[i]));

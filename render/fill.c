@@ -36,8 +36,7 @@ static bool insert(struct record_cache *cache, const struct draft *draft)
 }
 
 /* What the camera sees at a pixel's centre, and whether a record is wanted there. */
-static void look(const struct model *model, const struct fill_options *options, const struct fill *fill, uint32_t pixel,
-                 struct draft *draft)
+static void look(const struct model *model, const struct fill *fill, uint32_t pixel, struct draft *draft)
 {
     const struct scene_camera *camera = &model->scene->camera;
     int x = (int)pixel % camera->width, y = (int)pixel / camera->width;
@@ -46,7 +45,8 @@ static void look(const struct model *model, const struct fill_options *options, 
     *draft = (struct draft){0};
     if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
     shade_point(model, ray, &hit, &draft->point);
-    draft->glossy = options->eas && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
+    draft->lamps = fill->options.lamps;
+    draft->glossy = fill->options.eas && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
     if (!draft->glossy && is_black(draft->point.brdf.kd)) return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;
     draft->wanted = !cache_covers(&cache->zones, draft->point.p, draft->point.n);
@@ -69,8 +69,7 @@ static uint32_t *coarse_to_fine(int width, int height)
     return order;
 }
 
-static bool make_records(const struct model *model, const struct fill_options *options, struct progress *progress,
-                         struct fill *fill)
+static bool make_records(const struct model *model, struct progress *progress, struct fill *fill)
 {
     const struct scene_camera *camera = &model->scene->camera;
     uint32_t total = (uint32_t)(camera->width * camera->height);
@@ -84,7 +83,7 @@ static bool make_records(const struct model *model, const struct fill_options *o
         count = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)done);
         count = count < total - done ? count : total - done;
 #pragma omp parallel for schedule(dynamic, 64)
-        for (uint32_t i = 0; i < count; i++) look(model, options, fill, order[done + i], &drafts[i]);
+        for (uint32_t i = 0; i < count; i++) look(model, fill, order[done + i], &drafts[i]);
         uint32_t wanted = 0, finished = 0;
         for (uint32_t i = 0; i < count; i++)
             if (drafts[i].wanted) drafts[wanted++] = drafts[i];
@@ -92,7 +91,7 @@ static bool make_records(const struct model *model, const struct fill_options *o
         for (uint32_t i = 0; i < wanted; i++) {
             float pixel = camera_pixel_width(camera, drafts[i].point.p);
             uint64_t index = fill->diffuse.zones.count + fill->glossy.zones.count + i;
-            record_make(model, &fill->bounced, fill->tables, pixel, options->seed, index,
+            record_make(model, &fill->bounced, fill->tables, pixel, fill->options.seed, index,
                         &scratch[omp_get_thread_num()], &drafts[i]);
             uint32_t so_far;
 #pragma omp atomic capture
@@ -112,11 +111,11 @@ static bool make_records(const struct model *model, const struct fill_options *o
     return ok;
 }
 
-bool fill_extend(const struct model *model, const struct fill_options *options, struct progress *progress,
-                 struct fill *fill, char error[static SCENE_ERROR])
+bool fill_extend(const struct model *model, struct progress *progress, struct fill *fill,
+                 char error[static SCENE_ERROR])
 {
     progress_begin(progress, "records", trace_rays(model->trace));
-    if (!make_records(model, options, progress, fill)) {
+    if (!make_records(model, progress, fill)) {
         snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
         return false;
     }
@@ -127,12 +126,13 @@ bool fill_extend(const struct model *model, const struct fill_options *options, 
 bool fill_build(const struct model *model, const struct fill_options *options, struct progress *progress,
                 struct fill *fill, char error[static SCENE_ERROR])
 {
-    *fill = (struct fill){.diffuse.zones = cache_empty(RECORD_STRETCH), .glossy.zones = cache_empty(RECORD_STRETCH)};
+    *fill = (struct fill){
+        .options = *options, .diffuse.zones = cache_empty(RECORD_STRETCH), .glossy.zones = cache_empty(RECORD_STRETCH)};
     progress_begin(progress, "diffuse cache", trace_rays(model->trace));
     if (!diffuse_cache_build(model, options->seed, progress, &fill->bounced, error)) return false;
     progress_end(progress, trace_rays(model->trace));
     fill->tables = mean_brdf_build();
-    if (fill->tables && fill_extend(model, options, progress, fill, error)) return true;
+    if (fill->tables && fill_extend(model, progress, fill, error)) return true;
     fill_free(fill);
     snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
     return false;

@@ -3,8 +3,8 @@
  *
  * Departures: rounds over the pixels from coarse to fine in a fixed order, those of one round gathered in parallel and
  * inserted in order, so that the bytes don't depend on threads; gather rays end at the diffuse cache; lamps are left
- * out of the records (render.c adds them at the pixel); a zone is a share of the distance to the nearest surface, not
- * of the mean one.
+ * out of the records unless asked for (cached.c adds them at the pixel); a zone is a share of the distance to the
+ * nearest surface, not of the mean one.
  */
 #ifndef RENDER_FILL_H
 #define RENDER_FILL_H
@@ -30,17 +30,19 @@ struct record_cache {
     uint32_t eas_count, eas_capacity;
 };
 
+/* What the caches depend on besides the scene. */
+struct fill_options {
+    bool eas;   /* glossy surfaces keep EAS; if not, all keep irradiance alone */
+    bool lamps; /* records hold direct light, too (the paper's mode) */
+    uint64_t seed;
+};
+
 /* The caches of a picture. Glossy surfaces use `glossy` where the method keeps EAS, else everything uses `diffuse`. */
 struct fill {
+    struct fill_options options; /* they were made under */
     struct diffuse_cache bounced;
     struct record_cache diffuse, glossy;
     struct mean_brdf *tables;
-};
-
-/* What the caches depend on besides the scene. */
-struct fill_options {
-    bool eas; /* glossy surfaces keep EAS; if not, all keep irradiance alone */
-    uint64_t seed;
 };
 
 /* Makes the caches. Deterministic for any number of threads. False and a sentence where memory runs out; nothing to
@@ -50,8 +52,8 @@ bool fill_build(const struct model *model, const struct fill_options *options, s
 
 /* Goes on where the model's camera sees what no record covers: the caches were made for another camera or other
  * materials. The same promises; where memory runs out, the caller frees. */
-bool fill_extend(const struct model *model, const struct fill_options *options, struct progress *progress,
-                 struct fill *fill, char error[static SCENE_ERROR]);
+bool fill_extend(const struct model *model, struct progress *progress, struct fill *fill,
+                 char error[static SCENE_ERROR]);
 void fill_free(struct fill *fill);
 
 /* Records of both kinds. */

@@ -74,11 +74,13 @@ static bool write_picture(const struct options *options, const struct image *ima
     scene_name(options->scene, scene, sizeof scene);
     snprintf(spp_text, sizeof spp_text, "%d", spp);
     snprintf(seed, sizeof seed, "%llu", (unsigned long long)options->render.seed);
-    const struct image_attribute attributes[] = {{"burnish:version", BURNISH_VERSION},
-                                                 {"burnish:scene", scene},
-                                                 {"burnish:method", stats_method(options->render.method)},
-                                                 {"burnish:spp", spp_text},
-                                                 {"burnish:seed", seed}};
+    const struct image_attribute attributes[] = {
+        {"burnish:version", BURNISH_VERSION},
+        {"burnish:scene", scene},
+        {"burnish:method", stats_method(options->render.method)},
+        {"burnish:records", options->render.lamps_in_records ? "all" : "indirect"},
+        {"burnish:spp", spp_text},
+        {"burnish:seed", seed}};
     return image_write(options->output, image, false, attributes, sizeof attributes / sizeof attributes[0], error);
 }
 
@@ -93,15 +95,15 @@ static uint64_t peak_bytes(void)
 static int load_caches(const struct model *model, const struct options *options, uint64_t hash,
                        struct progress *progress, struct fill *fill, uint64_t *loaded, char error[static SCENE_ERROR])
 {
-    struct fill_options made = render_fill(&options->render);
+    struct fill_options wanted = render_fill(&options->render);
     struct cache_file_change change;
     progress_begin(progress, "loading", 0);
-    if (!cache_file_read(options->cache, hash, model->scene, &made, fill, &change, error)) return EXIT_INPUT;
+    if (!cache_file_read(options->cache, hash, model->scene, &wanted, fill, &change, error)) return EXIT_INPUT;
     progress_end(progress, 0);
     *loaded = fill_records(fill);
     if (change.materials) fprintf(stderr, "burnish: %s: %s\n", options->cache, change.stale);
     if (!change.camera && !change.materials) return EXIT_DONE;
-    if (!fill_extend(model, &made, progress, fill, error)) return EXIT_OUTPUT;
+    if (!fill_extend(model, progress, fill, error)) return EXIT_OUTPUT;
     if (fill_records(fill) > *loaded)
         fprintf(stderr, "burnish: %s: %llu records were added to its %llu for this picture; the file stays as it was\n",
                 options->cache, (unsigned long long)(fill_records(fill) - *loaded), (unsigned long long)*loaded);
@@ -119,8 +121,7 @@ static int prepare_caches(const struct model *model, const struct options *optio
     if (options->cache && access(options->cache, F_OK) == 0)
         return load_caches(model, options, hash, progress, fill, loaded, error);
     if (!fill_build(model, &wanted, progress, fill, error)) return EXIT_OUTPUT;
-    if (options->cache && !cache_file_write(options->cache, hash, model->scene, &wanted, fill, error))
-        return EXIT_OUTPUT;
+    if (options->cache && !cache_file_write(options->cache, hash, model->scene, fill, error)) return EXIT_OUTPUT;
     return EXIT_DONE;
 }
 

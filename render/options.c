@@ -12,6 +12,7 @@
 enum key {
     KEY_STATS = 256,
     KEY_CACHE,
+    KEY_RECORDS,
     KEY_SET,
     KEY_THREADS,
     KEY_SEED,
@@ -64,6 +65,14 @@ static enum render_method method(struct argp_state *state, const char *text)
     return RENDER_EAS;
 }
 
+/* Which of two words `text` is: true for the second. */
+static bool second_word(struct argp_state *state, const char *option, const char *text, const char *const words[2])
+{
+    if (strcmp(text, words[0]) != 0 && strcmp(text, words[1]) != 0)
+        argp_error(state, "%s: found '%s', expected %s or %s", option, text, words[0], words[1]);
+    return strcmp(text, words[1]) == 0;
+}
+
 static void require_ending(struct argp_state *state, const char *option, const char *path, const char *ending)
 {
     size_t length = strlen(path), n = strlen(ending);
@@ -83,6 +92,8 @@ static const struct argp_option render_arguments[] = {
      0},
     {"threads", KEY_THREADS, "N", 0, "threads (all cores); the picture does not depend on it", 0},
     {"seed", KEY_SEED, "N", 0, "chooses the random numbers (0)", 0},
+    {"records", KEY_RECORDS, "indirect|all", 0,
+     "light that records hold: what bounced, or that of lamps, too (indirect)", 0},
     {"cache", KEY_CACHE, "FILE", 0,
      "take the caches from there, for any camera and exponents; make the file where it is not there", 0},
     {"stats", KEY_STATS, "FILE.json", 0, "write seconds, rays, records and bytes there", 0},
@@ -101,6 +112,10 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
     case KEY_SIZE: size(state, text, options); return 0;
     case KEY_THREADS: options->threads = (int)number(state, "--threads", text, 1, 1024); return 0;
     case KEY_SEED: options->render.seed = number(state, "--seed", text, 0, INT64_MAX); return 0;
+    case KEY_RECORDS:
+        options->render.lamps_in_records =
+            second_word(state, "--records", text, (const char *const[]){"indirect", "all"});
+        return 0;
     case KEY_CACHE: options->cache = text; return 0;
     case KEY_STATS: options->stats = text; return 0;
     case KEY_SET:
@@ -116,6 +131,8 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
         if (!options->output) argp_error(state, "expected -o OUT.exr");
         if (options->cache && options->render.method == RENDER_PATH)
             argp_error(state, "--cache: --method path has no caches");
+        if (options->render.lamps_in_records && options->render.method == RENDER_PATH)
+            argp_error(state, "--records: --method path has no records");
         if (!options->render.spp) options->render.spp = options->render.method == RENDER_PATH ? 64 : 16;
         return 0;
     default: return ARGP_ERR_UNKNOWN;

@@ -15,6 +15,7 @@ struct draft {
     struct point point; /* where, seen by whom */
     bool wanted;        /* no record covers the point yet */
     bool glossy;        /* EAS are wanted, too */
+    bool lamps;         /* direct light is wanted in it, too */
 
     bool failed; /* no memory */
     struct zone zone;

@@ -58,7 +58,8 @@ static void report(const struct model *model, const struct fill *fill, uint64_t 
 
 struct fill_options render_fill(const struct render_options *options)
 {
-    return (struct fill_options){.eas = options->method == RENDER_EAS, .seed = options->seed};
+    return (struct fill_options){
+        .eas = options->method == RENDER_EAS, .lamps = options->lamps_in_records, .seed = options->seed};
 }
 
 bool render(const struct model *model, const struct render_options *options, const struct fill *fill,
@@ -67,7 +68,7 @@ bool render(const struct model *model, const struct render_options *options, con
     struct cached cached = {0};
     *stats = (struct render_stats){0};
     if (!film_alloc(film, model->scene->camera.width, model->scene->camera.height, fill) ||
-        (fill && !cached_prepare(model, fill, options->method == RENDER_EAS, options->spp, options->seed, &cached))) {
+        (fill && !cached_prepare(model, fill, options->spp, options->seed, &cached))) {
         snprintf(error, SCENE_ERROR, "picture: out of memory");
         film_free(film);
         return false;

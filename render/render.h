@@ -18,6 +18,7 @@ struct render_options {
     enum render_method method;
     int spp; /* primary rays a pixel, at least 1 */
     uint64_t seed;
+    bool lamps_in_records; /* records hold direct light, too */
 };
 
 /* What --stats reports of the caches; all 0 for path. */

@@ -43,7 +43,7 @@ static void add_records(struct record_cache *cache, uint32_t eas_count, struct r
 static struct fill new_fill(void)
 {
     struct rng rng = rng_seed(1, 2, 3);
-    struct fill fill = {.tables = mean_brdf_build()};
+    struct fill fill = {.options = options, .tables = mean_brdf_build()};
     add_zones(&fill.bounced.zones, &rng);
     fill.bounced.e = calloc(ZONES, sizeof *fill.bounced.e);
     add_records(&fill.diffuse, 0, &rng);
@@ -69,7 +69,7 @@ static struct stage *new_scene(void)
 static void draw(const struct model *model, const struct fill *fill, struct pixel pixels[SIZE * SIZE])
 {
     struct cached cached;
-    assert_true(cached_prepare(model, fill, true, 2, 9, &cached));
+    assert_true(cached_prepare(model, fill, 2, 9, &cached));
     memset(pixels, 0, SIZE * SIZE * sizeof *pixels);
     for (int i = 0; i < SIZE * SIZE; i++) cached_pixel(&cached, i % SIZE, i / SIZE, &pixels[i]);
     cached_free(&cached);
@@ -105,14 +105,14 @@ static void comes_back_as_it_was(void **state)
     char error[SCENE_ERROR];
     draw(&model, &fill, before);
     assert_true(before[SIZE * SIZE / 2].indirect.x > 0 && before[SIZE * SIZE / 2].eas_count > 0);
-    assert_true(cache_file_write(path, HASH, &s->scene, &options, &fill, error));
+    assert_true(cache_file_write(path, HASH, &s->scene, &fill, error));
     assert_true(cache_file_read(path, HASH, &s->scene, &options, &loaded, &change, error));
     assert_false(change.camera || change.materials);
     draw(&model, &loaded, after);
     assert_memory_equal(before, after, sizeof before);
     size_t size, size_again;
     char *bytes = slurp(&size), *again;
-    assert_true(cache_file_write(path, HASH, &s->scene, &options, &loaded, error));
+    assert_true(cache_file_write(path, HASH, &s->scene, &loaded, error));
     again = slurp(&size_again);
     assert_int_equal(size, size_again);
     assert_memory_equal(bytes, again, size);
@@ -142,9 +142,10 @@ static void says_what_differs(void **state)
     struct fill fill = new_fill(), loaded;
     struct cache_file_change change;
     char error[SCENE_ERROR];
-    assert_true(cache_file_write(path, HASH, &s->scene, &options, &fill, error));
+    assert_true(cache_file_write(path, HASH, &s->scene, &fill, error));
     refuse(HASH + 1, options, s, "another scene");
     refuse(HASH, (struct fill_options){.eas = false, .seed = 3}, s, "made with --method eas, expected hybrid");
+    refuse(HASH, (struct fill_options){.eas = true, .lamps = true, .seed = 3}, s, "--records indirect, expected all");
     refuse(HASH, (struct fill_options){.eas = true, .seed = 4}, s, "--seed 3, expected 4");
 
     s->scene.camera.transform[3] += 1;
@@ -222,13 +223,13 @@ static void refuses_what_cannot_be(void **state)
     far->position = vec3(0, .352f, .936f);
     far->area = .333f;
     assert_true(!near->infinite && far->infinite);
-    assert_true(cache_file_write(path, HASH, &s->scene, &options, &fill, error));
+    assert_true(cache_file_write(path, HASH, &s->scene, &fill, error));
     size_t size;
     char *bytes = slurp(&size);
     const struct {
         float was, now;
     } floats[] = {{1.25f, .9f},      {1.25f, 5},   {1.25f, NAN},   {.123f, INFINITY}, {.123f, 1e16f},
-                  {.28f, .5f},       {.321f, 0},   {.321f, -.3f},  {.321f, 1.5e-8f},    {.321f, 1e10f},
+                  {.28f, .5f},       {.321f, 0},   {.321f, -.3f},  {.321f, 1.5e-8f},  {.321f, 1e10f},
                   {.321f, NAN},      {.543f, NAN}, {.765f, 1e20f}, {.111f, -.1f},     {.111f, NAN},
                   {2.22f, INFINITY}, {.352f, .5f}, {.333f, 6.4f},  {.936f, 1e30f}};
     const struct {
@@ -290,7 +291,7 @@ static void survives_any_bytes(void **state)
     struct pixel pixels[SIZE * SIZE];
     struct rng rng = rng_seed(5, 6, 7);
     char error[SCENE_ERROR];
-    assert_true(cache_file_write(path, HASH, &s->scene, &options, &fill, error));
+    assert_true(cache_file_write(path, HASH, &s->scene, &fill, error));
     size_t size;
     char *bytes = slurp(&size), *copy = malloc(size);
     int used = 0, refused = 0;
