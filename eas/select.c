@@ -55,7 +55,7 @@ static void queries(struct selection *s, const struct mean_brdf *tables, const s
         float u[4];
         for (int k = 0; k < 4; k++) u[k] = (float)fmod(.5 + (double)steps[k] * (i + 1), 1);
         /* z of a cap of directions: the hemisphere's but its rim, or VIEW_SPREAD about the viewer. */
-        float z = 1 - u[0] * (i & 1 ? .5f * sqr(VIEW_SPREAD) : .97f), sine = sqrtf(1 - z * z), phi = 2 * PI * u[1];
+        float z = 1 - u[0] * (i & 1 ? 1 - cosf(minf(VIEW_SPREAD + 2 * place->turn, 1.5f)) : .97f), sine = sqrtf(1 - z * z), phi = 2 * PI * u[1];
         struct frame frame = i & 1 ? frame_about(place->wo) : place->frame;
         float3 wo = to_world(frame, vec3(sine * cosf(phi), sine * sinf(phi), z));
         float r = place->radius * sqrtf(u[2]), x = r * cosf(2 * PI * u[3]), y = r * sinf(2 * PI * u[3]);

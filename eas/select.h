@@ -39,6 +39,7 @@ struct select_place {
     struct frame frame; /* about its normal */
     float3 wo;          /* to the viewer that asked for the record: half of the directions lie about it */
     float radius;       /* of its zone, m */
+    float turn;         /* of the normal within the zone, rad: on a curved surface the mirror directions spread */
     float base;         /* luminance that it reflects besides (its diffuse part), which the error is relative to, too */
 };
 

@@ -8,8 +8,8 @@
 /* Samples of a pixel that are grouped together: a power of two, for the sequence. */
 enum { SEED_PIXEL = 401, BATCH = 16 };
 
-/* Shadow rays a camera ray: to lamp samples (a power of two), and for highlights to what makes them. */
-enum { SHADOW_RAYS = 4, HIGHLIGHT_RAYS = 2 };
+/* Shadow rays a camera ray: to lamps (a power of two); under an environment alone, which comes from all sides. */
+enum { SHADOW_RAYS = 4, SKY_RAYS = 8 };
 
 /* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
@@ -34,7 +34,6 @@ struct group {
     float3 origins[BATCH];
     int count;
     bool averages; /* direct_averages at the first */
-    struct direct_share share;
 };
 
 /* The group that the point joins. */
@@ -182,7 +181,7 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
             /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself.
              */
             float u[3] = {((float)k + turn) / (float)lamps_count, on_lamp.x, on_lamp.y};
-            rgb light = direct_sample(&cached->direct, &point, u, averages, &group->share);
+            rgb light = direct_sample(&cached->direct, &point, u, averages);
             pixel->direct = mad(pixel->direct, light, 1.0f / SHADOW_RAYS);
         }
         if (averages && from_eas) continue;
@@ -194,10 +193,10 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
     for (int i = 0; i < group_count; i++) {
         struct point point = group_mean(&groups[i]);
         float samples = (float)groups[i].count;
+        int rays = cached->direct.sky ? SKY_RAYS : SHADOW_RAYS;
         look_up(cached, &point, samples, pixel, &rng);
-        if (!groups[i].averages) point.brdf.lobe_count = 0; /* sampled already */
-        rgb light = direct_light(&cached->direct, &point, &groups[i].share, groups[i].origins, groups[i].count,
-                                 HIGHLIGHT_RAYS * groups[i].count, &rng);
+        rgb light = direct_light(&cached->direct, &point, groups[i].averages, groups[i].origins, groups[i].count,
+                                 rays * groups[i].count, &rng);
         pixel->direct = mad(pixel->direct, light, samples);
     }
 }

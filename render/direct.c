@@ -9,13 +9,19 @@
 enum { RUNS = 8, SIDE = 6, CELLS = RUNS * SIDE * SIDE };
 
 /* An environment alone has the same cells everywhere. */
-enum { SKY_CELLS = 512, MOST_CELLS = SKY_CELLS };
-_Static_assert(CELLS <= MOST_CELLS, "room for the cells of lamps");
+enum { SKY_CELLS = 512 };
+#define MOST_CELLS SKY_CELLS /* of the two */
+
+/* Shadow rays where light comes from one side of an edge. */
+enum { MOST_RAYS = 128, REFINE = 4 };
 
 /* Lobes narrower than this, rad, aren't resolved: n = 300. */
 #define LEAST_WIDTH .08f
 /* A lamp that fills more of what a point sees, sr, has cells that are too wide. */
 #define MOST_SOLID_ANGLE 1.0f
+
+/* Light that is as good as none, W/m2/sr: it has no reciprocal. */
+#define DARK 1e-20f
 
 bool direct_resolves(const struct brdf *brdf)
 {
@@ -95,29 +101,25 @@ static void prepare_lobes(const struct direct *direct, const struct point *point
         lobes[i] = mean_lobe(direct->tables, &point->brdf.lobes[i], point->n, point->wo);
 }
 
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages,
-                  struct direct_share *share)
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages)
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
-    rgb averaged = {0}, sampled = {0};
-    if (direct->idle || !lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sampled;
-    if (direct->points_only && light.pdf > 0) return sampled;
-    float cosine = maxf(dot(light.wi, point->n), 0);
-    *(direct->sky ? &averaged : &sampled) = scale(mul(light.weight, brdf->kd), cosine / PI);
+    rgb sum = {0};
+    if ((direct->sky || is_black(brdf->kd)) && (averages || brdf->lobe_count == 0)) return sum;
+    if (direct->idle || !lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sum;
+    if (direct->points_only && light.pdf > 0) return sum;
+    float cosine = dot(light.wi, point->n);
+    if (cosine <= 0 || dot(light.wi, point->ng) <= 0) return sum;
+    if (!direct->sky) sum = scale(mul(light.weight, brdf->kd), cosine / PI);
     for (int i = 0; !averages && i < brdf->lobe_count; i++) {
         const struct lobe *lobe = &brdf->lobes[i];
         float mis = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
         rgb f = lobe_eval(lobe, point->n, point->wo, light.wi);
-        sampled = mad(sampled, mul(light.weight, f), cosine * mis);
+        sum = mad(sum, mul(light.weight, f), cosine * mis);
     }
-    if (is_black(averaged) && is_black(sampled)) return sampled;
-    bool lit = cosine > 0 && dot(light.wi, point->ng) > 0 &&
-               !trace_occluded(direct->model->trace, point->origin, light.wi, light.distance);
-    share->asked = add(share->asked, averaged);
-    if (!lit) return vec3(0, 0, 0);
-    share->lit = add(share->lit, averaged);
-    return sampled;
+    bool lit = !is_black(sum) && !trace_occluded(direct->model->trace, point->origin, light.wi, light.distance);
+    return lit ? sum : vec3(0, 0, 0);
 }
 
 static rgb ratio(rgb a, rgb b)
@@ -147,43 +149,93 @@ static bool cell_lit(const struct direct *direct, const struct point *point, flo
     return dot(wi, point->ng) > 0 && !trace_occluded(direct->model->trace, origin, wi, distance);
 }
 
-rgb direct_light(const struct direct *direct, const struct point *point, const struct direct_share *share,
-                 const float3 *origins, int count, int rays, struct rng *rng)
+/* The light of cells at a point of `origins` by turns, and the shadow rays that find what of it comes through. */
+struct shadow {
+    const struct direct *direct;
+    const struct point *point;
+    const float3 *origins;
+    int origin_count, cell_count;
+    const struct cell *cells;
+    const rgb *light;
+    const float *passed; /* luminance of the light of all cells before each */
+    struct rng *rng;
+};
+
+/* A shadow ray to where the light of all cells, in a row, has reached `at`; its light is counted with `weight`. */
+static bool probe(const struct shadow *s, float at, int origin, float weight, rgb *asked, rgb *lit)
+{
+    int low = 0, high = s->cell_count;
+    while (high - low > 1) {
+        int middle = (low + high) / 2;
+        if (s->passed[middle] <= at) low = middle;
+        else high = middle;
+    }
+    float own = luminance(s->light[low]);
+    if (own < DARK) return false; /* rounding: beyond the last */
+    rgb share = scale(s->light[low], weight / own);
+    bool through = cell_lit(s->direct, s->point, s->origins[origin % s->origin_count], low, &s->cells[low], s->rng);
+    *asked = add(*asked, share);
+    if (through) *lit = add(*lit, share);
+    return through;
+}
+
+/* The share that comes through: a ray for each of `rays` equal strata of the light, whose sum is `sum`; where a
+ * stratum's neighbours disagree, REFINE rays instead. Its own first ray has no say in that, which would bias the mean.
+ */
+static rgb lit_share(const struct shadow *s, float sum, int rays)
+{
+    rgb asked[MOST_RAYS] = {{0}}, lit[MOST_RAYS] = {{0}}, asked_sum = {0}, lit_sum = {0};
+    bool through[MOST_RAYS];
+    float step = sum / (float)rays;
+    for (int k = 0; k < rays; k++)
+        through[k] = probe(s, ((float)k + rng_float(s->rng)) * step, k, 1, &asked[k], &lit[k]);
+    for (int k = 0; k < rays; k++) {
+        int near = 0, of = 0;
+        for (int j = k - 2; j <= k + 2; j++)
+            if (j != k && j >= 0 && j < rays) near += through[j], of++;
+        if (near != 0 && near != of) {
+            asked[k] = lit[k] = vec3(0, 0, 0);
+            for (int j = 0; j < REFINE; j++)
+                probe(s, ((float)k + ((float)j + rng_float(s->rng)) / REFINE) * step, k + j, 1.0f / REFINE, &asked[k],
+                      &lit[k]);
+        }
+        asked_sum = add(asked_sum, asked[k]);
+        lit_sum = add(lit_sum, lit[k]);
+    }
+    return ratio(lit_sum, asked_sum);
+}
+
+rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins,
+                 int count, int rays, struct rng *rng)
 {
     struct mean_lobe lobes[2];
     struct cell cells[MOST_CELLS];
-    rgb light[MOST_CELLS], e = {0}, specular = {0};
-    float sum = 0;
-    bool diffuse_lit = !is_black(share->lit);
+    rgb light[MOST_CELLS], total = {0}, diffuse = direct->sky ? scale(point->brdf.kd, 1 / PI) : vec3(0, 0, 0);
+    float sum = 0, passed[MOST_CELLS + 1];
     int cell_count = direct->sky ? direct->sky_count : CELLS;
-    if (direct->idle || (point->brdf.lobe_count == 0 && !diffuse_lit)) return e;
+    averages = averages && point->brdf.lobe_count > 0;
+    if (direct->idle || (!averages && is_black(diffuse))) return total;
     prepare_lobes(direct, point, lobes);
     for (int i = 0; i < cell_count; i++) {
+        rgb f_cos = {0};
         if (direct->sky) {
             const struct environment_cell *sky = &direct->sky[i];
-            if (diffuse_lit) e = mad(e, sky->flux, sky->spread * maxf(dot(sky->wi, point->n), 0));
+            f_cos = scale(diffuse, sky->spread * maxf(dot(sky->wi, point->n), 0));
             /* The cap whose directions are spread as much: the mean cosine to its axis is 1 - omega/4pi. */
             cells[i] = (struct cell){sky->wi, 4 * PI * (1 - sky->spread), sky->flux};
         } else {
             cells[i] = lamp_cell(direct->model->lights, point, i);
             if (direct->points_only && cells[i].omega > 0) cells[i].weight = vec3(0, 0, 0);
         }
-        light[i] =
-            is_black(cells[i].weight) ? (rgb){0} : mul(cells[i].weight, lobes_over(&point->brdf, lobes, &cells[i]));
-        specular = add(specular, light[i]);
+        light[i] = vec3(0, 0, 0);
+        passed[i] = sum;
+        if (is_black(cells[i].weight)) continue;
+        if (averages) f_cos = add(f_cos, lobes_over(&point->brdf, lobes, &cells[i]));
+        light[i] = mul(cells[i].weight, f_cos);
+        total = add(total, light[i]);
         sum += luminance(light[i]);
     }
-    /* Shadow rays at equal steps through the cells' light, from a random start. */
-    rgb asked = {0}, lit = {0};
-    float step = sum / (float)rays, next = step * rng_float(rng), passed = 0;
-    for (int i = 0, k = 0; i < cell_count && sum > 0; i++) {
-        float own = luminance(light[i]);
-        for (passed += own; next < passed && k < rays; next += step, k++) {
-            rgb share_of = scale(light[i], 1 / own);
-            asked = add(asked, share_of);
-            if (cell_lit(direct, point, origins[k % count], i, &cells[i], rng)) lit = add(lit, share_of);
-        }
-    }
-    rgb diffuse = mul(scale(point->brdf.kd, 1 / PI), e);
-    return add(mul(diffuse, ratio(share->lit, share->asked)), mul(specular, ratio(lit, asked)));
+    if (sum < DARK) return total;
+    struct shadow shadow = {direct, point, origins, count, cell_count, cells, light, passed, rng};
+    return mul(total, lit_share(&shadow, sum, rays));
 }

@@ -250,6 +250,13 @@ static void halve(struct group *group, struct group *other)
     *group = group_of(texels, low);
 }
 
+/* Halves lie side by side in the array of texels. */
+static int by_place(const void *a, const void *b)
+{
+    const struct group *x = a, *y = b;
+    return (x->first > y->first) - (x->first < y->first);
+}
+
 int environment_cells(const struct environment *environment, int most, struct environment_cell *cells)
 {
     const struct environment *e = environment;
@@ -280,6 +287,7 @@ int environment_cells(const struct environment *environment, int most, struct en
         if (!(groups[worst].blur > 0)) break;
         halve(&groups[worst], &groups[count++]);
     }
+    if (count > 0) qsort(groups, (size_t)count, sizeof *groups, by_place);
     for (int i = 0; i < count; i++)
         cells[i] =
             (struct environment_cell){groups[i].flux, normalize(groups[i].mean), minf(length(groups[i].mean), 1)};

@@ -42,7 +42,7 @@ struct environment_cell {
 };
 
 /* The strong light in at most `most` compact cells, all of it: the cell that blurs most is halved until there are so
- * many. Returns how many; -1 where memory runs out. */
+ * many. Cells that follow each other are mostly neighbours. Returns how many; -1 where memory runs out. */
 int environment_cells(const struct environment *environment, int most, struct environment_cell *cells);
 
 #endif

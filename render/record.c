@@ -15,6 +15,11 @@ enum { GATHER_RAYS = 256, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201 };
 #define FOCUS_RAYS 128.0f
 #define FOCUS_WIDTHS 1.5f
 #define FOCUS_MARGIN .05f
+/* On curved surfaces the normal turns by this share of the lobe's width at most within a zone. It is measured over so
+ * many pixels, and a turn of more than MOST_TURN rad is an edge. */
+#define CURVED_ZONE 1.0f
+#define CURVATURE_PIXELS 2.0f
+#define MOST_TURN .45f
 /* Records whose zone is this many times the least send four times the rays. */
 #define FINE_ZONE 2.0f
 /* Strata beside ones brighter than HOT times the mean get HOT_SPLIT x HOT_SPLIT rays. */
@@ -61,25 +66,22 @@ void record_scratch_free(struct record_scratch *scratch)
     free(scratch->eas);
 }
 
-/* Chooses the record's EAS from samples sorted by where they lie: on surfaces, in mirrors, at infinity. */
-static void choose_eas(const struct mean_brdf *tables, struct draft *draft, struct frame frame,
-                       const uint32_t counts[3], struct record_scratch *scratch)
+/* How fast the shading normal turns along the surface, rad/m: the largest of four steps of h; edges don't count. */
+static float curvature(const struct model *model, const struct point *point, float h)
 {
-    const struct gather_sample *samples[3] = {scratch->surface, scratch->mirrored, scratch->infinite};
-    for (int i = 0; i < 3; i++)
-        if (!sample_tree_build(&scratch->trees[i], samples[i], counts[i], draft->zone.p, frame)) {
-            draft->failed = true;
-            return;
-        }
-    const struct brdf *brdf = &draft->point.brdf;
-    struct select_place place = {draft->zone.p, frame, draft->point.wo, draft->zone.radius,
-                                 luminance(mul(brdf->kd, draft->irradiance.e)) / PI};
-    uint32_t count = select_eas(scratch->trees, 3, tables, brdf->lobes, brdf->lobe_count, &place, &SELECT,
-                                &scratch->select, scratch->eas);
-    draft->failed = count == UINT32_MAX || (count && !(draft->eas = malloc(count * sizeof *draft->eas)));
-    if (draft->failed) return;
-    draft->eas_count = count;
-    for (uint32_t i = 0; i < count; i++) draft->eas[i] = scratch->eas[i];
+    struct frame frame = frame_about(point->ng);
+    float most = 0;
+    for (int i = 0; i < 4; i++) {
+        float3 side = scale(i & 1 ? frame.b : frame.t, i & 2 ? h : -h), above = mad(add(point->p, side), point->ng, h);
+        struct ray down = {above, scale(point->ng, -1)};
+        struct hit hit;
+        struct point other;
+        if (!trace_closest(model->trace, down.origin, down.dir, 2 * h, &hit) || hit.object != point->object) continue;
+        shade_point(model, down, &hit, &other);
+        float turn = length(sub(other.n, point->n));
+        if (turn < MOST_TURN) most = maxf(most, turn / length(sub(other.p, point->p)));
+    }
+    return most;
 }
 
 /* How a record's hemisphere is sampled: a grid of strata, one ray each; split x split rays in the strata within `cone`
@@ -88,22 +90,32 @@ struct plan {
     struct gather_grid grid;
     struct frame frame;
     float3 mirror;
+    float most; /* radius of the zone, m */
+    float turn; /* of the mirror direction on the way to the rim where the zone reaches, rad */
     float cone;
-    int split; /* within the cone, to begin with */
+    int split; /* within the cone */
 };
 
-static struct plan plan_gather(const struct draft *draft)
+static struct plan plan_gather(const struct model *model, const struct draft *draft, float pixel)
 {
-    struct plan plan = {.grid = gather_grid(GATHER_RAYS), .frame = frame_about(draft->point.n), .split = 1};
-    float width = 0;
-    for (int i = 0; draft->glossy && i < draft->point.brdf.lobe_count; i++)
-        width = maxf(width, lobe_width(&draft->point.brdf.lobes[i]));
-    plan.mirror = reflect(draft->point.wo, draft->point.n);
-    plan.cone = minf(FOCUS_WIDTHS * width + FOCUS_MARGIN, PI);
-    if (width > 0) {
-        float strata = (1 - cosf(plan.cone)) * (float)(plan.grid.rows * plan.grid.columns);
-        plan.split = (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, MOST_SPLIT);
+    const struct brdf *brdf = &draft->point.brdf;
+    struct plan plan = {.grid = gather_grid(GATHER_RAYS),
+                        .frame = frame_about(draft->point.n),
+                        .mirror = reflect(draft->point.wo, draft->point.n),
+                        .most = MOST_PIXELS * pixel,
+                        .split = 1};
+    if (!draft->glossy) return plan;
+    float widest = 0, narrowest = INFINITY, bend = curvature(model, &draft->point, CURVATURE_PIXELS * pixel);
+    for (int i = 0; i < brdf->lobe_count; i++) {
+        widest = maxf(widest, lobe_width(&brdf->lobes[i]));
+        narrowest = minf(narrowest, lobe_width(&brdf->lobes[i]));
     }
+    plan.most = minf(plan.most, CURVED_ZONE * narrowest / maxf(bend, 1e-6f));
+    plan.turn = 2 * RECORD_STRETCH * bend * plan.most;
+    plan.cone = minf(FOCUS_WIDTHS * widest + FOCUS_MARGIN + plan.turn, PI);
+    float looked_at = FOCUS_WIDTHS * widest + FOCUS_MARGIN,
+          strata = (1 - cosf(looked_at)) * (float)(plan.grid.rows * plan.grid.columns);
+    plan.split = (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, MOST_SPLIT);
     return plan;
 }
 
@@ -168,12 +180,34 @@ static uint32_t choose_sides(const struct draft *draft, const struct plan *plan,
     return rays;
 }
 
+/* Chooses the record's EAS from samples sorted by where they lie: on surfaces, in mirrors, at infinity. */
+static void choose_eas(const struct mean_brdf *tables, struct draft *draft, const struct plan *plan,
+                       const uint32_t counts[3], struct record_scratch *scratch)
+{
+    const struct gather_sample *samples[3] = {scratch->surface, scratch->mirrored, scratch->infinite};
+    for (int i = 0; i < 3; i++)
+        if (!sample_tree_build(&scratch->trees[i], samples[i], counts[i], draft->zone.p, plan->frame)) {
+            draft->failed = true;
+            return;
+        }
+    const struct brdf *brdf = &draft->point.brdf;
+    struct select_place place = {draft->zone.p,   plan->frame,
+                                 draft->point.wo, draft->zone.radius,
+                                 plan->turn / 2,  luminance(mul(brdf->kd, draft->irradiance.e)) / PI};
+    uint32_t count = select_eas(scratch->trees, 3, tables, brdf->lobes, brdf->lobe_count, &place, &SELECT,
+                                &scratch->select, scratch->eas);
+    draft->failed = count == UINT32_MAX || (count && !(draft->eas = malloc(count * sizeof *draft->eas)));
+    if (draft->failed) return;
+    draft->eas_count = count;
+    for (uint32_t i = 0; i < count; i++) draft->eas[i] = scratch->eas[i];
+}
+
 void record_make(const struct model *model, const struct diffuse_cache *bounced, const struct mean_brdf *tables,
                  float pixel, uint64_t seed, uint64_t index, struct record_scratch *scratch, struct draft *draft)
 {
     const struct point *point = &draft->point;
     struct rng rng = rng_seed(seed, SEED_RECORD, index);
-    struct plan plan = plan_gather(draft);
+    struct plan plan = plan_gather(model, draft, pixel);
     int strata = plan.grid.rows * plan.grid.columns;
     float omega = 2 * PI / (float)strata, nearest = INFINITY;
     uint32_t counts[3] = {0};
@@ -214,7 +248,7 @@ void record_make(const struct model *model, const struct diffuse_cache *bounced,
     }
     draft->irradiance = irradiance_of(all, plan.grid, plan.frame);
     float radius = minf(ZONE_SHARE * nearest, irradiance_reach(&draft->irradiance));
-    draft->zone = (struct zone){point->p, point->n, clampf(radius, draft->least, MOST_PIXELS * pixel)};
+    draft->zone = (struct zone){point->p, point->n, clampf(radius, draft->least, maxf(plan.most, draft->least))};
     irradiance_limit(&draft->irradiance, draft->zone.radius * RECORD_STRETCH);
-    if (draft->glossy) choose_eas(tables, draft, plan.frame, counts, scratch);
+    if (draft->glossy) choose_eas(tables, draft, &plan, counts, scratch);
 }

@@ -50,17 +50,17 @@ static float rendered(const struct model *model, const struct mean_brdf *tables,
                       uint64_t seed)
 {
     struct direct direct;
-    struct direct_share share = {0};
-    assert_true(direct_prepare(model, tables, 16, &direct));
+    assert_true(direct_prepare(model, tables, false, &direct));
     struct rng rng = rng_seed(seed, 0, 0);
     struct sequence lamp = sequence_draw(&rng, 16);
+    bool averages = direct_averages(&direct, point);
     rgb sum = {0};
     for (int i = 0; i < 16; i++) {
         float2 on_lamp = sequence_point(lamp, i);
         float u[3] = {((float)i + rng_float(&rng)) / 16, on_lamp.x, on_lamp.y};
-        sum = mad(sum, direct_sample(&direct, point, u, direct_averages(&direct, point), &share), 1.0f / 16);
+        sum = mad(sum, direct_sample(&direct, point, u, averages), 1.0f / 16);
     }
-    sum = add(sum, direct_light(&direct, point, &share));
+    sum = add(sum, direct_light(&direct, point, averages, &point->origin, 1, 16, &rng));
     direct_free(&direct);
     return sum.x;
 }
@@ -79,6 +79,23 @@ static void unshadowed(void **state)
                 assert_float_equal(rendered(&model, *state, &point, seed), truth, .015f * truth + .002f);
             end(s, &model);
         }
+}
+
+/* Far out in a lobe's tail light is next to nothing, not a number that is none. */
+static void tail(void **state)
+{
+    struct stage *s = new_stage();
+    add_quad(s, vec3(0, 0, 0), vec3(4, 0, 0), vec3(0, 4, 0), grey(0, .5f, 40, 0));
+    s->lights[0] = (struct scene_light){
+        .type = LIGHT_POINT, .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 1}, .power = {10, 10, 10}};
+    s->scene.light_count = 1;
+    struct model model = build(s);
+    for (int i = 0; i < 400; i++) {
+        struct point point = floor_point(&model, vec3(-1.5f, 0, 1), vec3(.01f * (float)i - 2, 0, 0));
+        float light = rendered(&model, *state, &point, 1);
+        assert_true(light >= 0 && light < 10);
+    }
+    end(s, &model);
 }
 
 /* A blocker that hides the lamp's half x > 0 from the point: the mean over seeds within 2 % of quadrature. */
@@ -148,8 +165,8 @@ static int teardown(void **state) { return mean_brdf_free(*state), 0; }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(unshadowed), cmocka_unit_test(half_shadowed),
-                                       cmocka_unit_test(unresolved), cmocka_unit_test(closed_emitter),
-                                       cmocka_unit_test(sequences_are_stratified)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(unshadowed),     cmocka_unit_test(tail),
+                                       cmocka_unit_test(half_shadowed),  cmocka_unit_test(unresolved),
+                                       cmocka_unit_test(closed_emitter), cmocka_unit_test(sequences_are_stratified)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -43,21 +43,21 @@ static struct stage *new_floor(void)
     struct stage *s = new_stage();
     add_quad(s, vec3(-2, 0, -2), vec3(2, 0, 0), vec3(0, 4, 0), grey(.6f, 0, 0, 0));
     add_quad(s, vec3(2, 0, -2), vec3(2, 0, 0), vec3(0, 4, 0), grey(.3f, .5f, 20, 0));
-    s->scene.camera.width = s->scene.camera.height = 64;
+    s->scene.camera = (struct scene_camera){{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-.35f, .35f, -.35f, .35f}, 64, 64};
     return s;
 }
 
 /* Lights of all kinds, one at a time, above the floor and behind the camera. */
-enum { MESH, AREA, SPHERE, DISC, SPOT, WIDE_SUN, SKY, EXTENDED, POINT = EXTENDED, SUN, KINDS };
+enum { MESH, AREA, SPHERE, DISC, SPOT, WIDE_SUN, SKY, EXTENDED, POINT = EXTENDED, SUN, POINT_AND_MESH, KINDS };
 
 static void add_light(struct stage *s, int kind)
 {
     struct scene_light *light = &s->lights[0];
     *light = (struct scene_light){.transform = {1, 0, 0, .8f, 0, 1, 0, .4f, 0, 0, 1, 1.2f},
                                   .power = {100, 100, 100},
-                                  .radius = kind == POINT ? 0 : .6f,
-                                  .size = {1.2f, 1},
-                                  .angle = kind == WIDE_SUN ? .5f
+                                  .radius = kind == POINT || kind == POINT_AND_MESH ? 0 : 1,
+                                  .size = {2, 1.6f},
+                                  .angle = kind == WIDE_SUN ? .8f
                                            : kind == SUN    ? 0
                                                             : 2,
                                   .blend = .5f,
@@ -69,7 +69,8 @@ static void add_light(struct stage *s, int kind)
         light->power[0] = light->power[1] = light->power[2] = 3;
     }
     s->scene.light_count = kind != MESH && kind != SKY;
-    if (kind == MESH) add_quad(s, vec3(.8f, .4f, 1.2f), vec3(.6f, 0, 0), vec3(0, -.5f, 0), grey(0, 0, 0, 20));
+    if (kind == MESH || kind == POINT_AND_MESH)
+        add_quad(s, vec3(.8f, .4f, 1.2f), vec3(1, 0, 0), vec3(0, -.8f, 0), grey(0, 0, 0, 20));
     if (kind == SKY) add_sky(s);
 }
 
@@ -78,7 +79,7 @@ static void add_light(struct stage *s, int kind)
 static void lamps_in_records(void **state)
 {
     (void)state;
-    for (int kind = getenv("K") ? atoi(getenv("K")) : 0; kind < KINDS; kind++) {
+    for (int kind = 0; kind < KINDS; kind++) {
         struct stage *s = new_floor();
         add_light(s, kind);
         struct model model = build(s);
@@ -86,13 +87,13 @@ static void lamps_in_records(void **state)
         double truth = path.direct + path.indirect;
         for (int method = RENDER_HYBRID; method <= RENDER_EAS; method++) {
             struct light light =
-                draw(&model, (struct render_options){(enum render_method)method, .spp = 1, .lamps_in_records = true});
+                draw(&model, (struct render_options){(enum render_method)method, .spp = 4, .lamps_in_records = true});
             double sum = light.direct + light.indirect;
-            print_message("kind %d method %d: %g of path %g %g records %d\n", kind, method, light.direct, light.indirect, path.direct, (int)light.records);
-            if (fabs(sum / truth - 1) > .04)
+            if (!(fabs(sum / truth - 1) <= .03))
                 fail_msg("kind %d, method %d: %g, by path tracing %g", kind, method, sum, truth);
             if (kind < EXTENDED) assert_true(light.direct == 0);
-            else assert_float_equal(light.direct / path.direct, 1, .03f);
+            else if (kind < POINT_AND_MESH) assert_float_equal(light.direct / path.direct, 1, .03f);
+            else assert_true(light.direct > 0 && light.direct < .5 * path.direct);
             assert_float_equal(light.emission, path.emission, .1f * path.emission + 1e-6f);
         }
         end(s, &model);

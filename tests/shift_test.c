@@ -148,7 +148,7 @@ static void choose(const struct room *room, struct samples *samples, const struc
     }
     assert_true(sample_tree_build(&trees[0], surface, samples->count, RECORD, frame));
     assert_true(sample_tree_build(&trees[1], mirrored, mirrored_count, RECORD, frame));
-    struct select_place place = {RECORD, frame, viewer(40), way == STAY ? 0 : SHIFT, 0};
+    struct select_place place = {RECORD, frame, viewer(40), way == STAY ? 0 : SHIFT, 0, 0};
     *count =
         select_eas(trees, way == TRANSLATED ? 2 : 1, room->tables, brdf->lobes, 1, &place, &options, &scratch, eas);
     assert_true(*count > 0 && *count < UINT32_MAX);
