@@ -235,7 +235,7 @@ rgb direct_light(const struct direct *direct, const struct point *point, bool av
         total = add(total, light[i]);
         sum += luminance(light[i]);
     }
-    if (sum < DARK) return total;
+    if (sum <= 0) return total;
     struct shadow shadow = {direct, point, origins, count, cell_count, cells, light, passed, rng};
     return mul(total, lit_share(&shadow, sum, rays));
 }

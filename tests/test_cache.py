@@ -62,7 +62,8 @@ def refused(program, scene, out, cache, *arguments):
 
 
 @pytest.mark.parametrize("arguments,words", [
-    (("--method", "hybrid"), "--method eas, expected hybrid"), (("--seed", 7), "--seed 0, expected 7")])
+    (("--method", "hybrid"), "--method eas, expected hybrid"), (("--seed", 7), "--seed 0, expected 7"),
+    (("--records", "all"), "--records indirect, expected all")])
 def test_other_options_are_refused(sanitized, cornell, cached, tmp_path, arguments, words):
     assert words in refused(sanitized, cornell, tmp_path / "b.exr", cached / "a.cache", *arguments)
 
@@ -124,11 +125,6 @@ def test_what_a_cache_outlives(burnish, copy, cached, tmp_path):
 def test_a_place_that_cannot_be_written_exits_4(sanitized, cornell, tmp_path):
     result = sanitized("render", cornell, "-o", tmp_path / "a.exr", "--cache", tmp_path / "gone" / "a.cache")
     assert "gone/a.cache" in sentence(result, 4)
-
-
-def test_a_path_tracer_has_no_cache(sanitized, cornell, tmp_path):
-    result = sanitized("render", cornell, "-o", tmp_path / "a.exr", "--method", "path", "--cache", "c", check=2)
-    assert "--method path has no caches" in result.stderr
 
 
 def test_stopped_while_it_writes_it_leaves_no_half_file(burnish, cornell, tmp_path):
