@@ -16,6 +16,7 @@
 #define EAS_MEAN_BRDF_H
 
 #include "eas/brdf.h"
+#include "eas/mean_phong.h"
 
 /* A spherical cap: unit axis, solid angle in sr (0 … 2 pi). */
 struct cap {
@@ -33,10 +34,9 @@ void mean_brdf_free(struct mean_brdf *tables);
 struct mean_lobe {
     const struct lobe *lobe;
     float3 n, wo, mirror;
-    float width, reach; /* the lobe's sigma, rad; 0 beyond cap radius + reach from the mirror direction */
-    float n_dot_mirror, per_width;
-    const void *texels; /* PHONG: the span of the tables that holds its exponent, and how far on in it */
-    float blend, clear; /* clear: how far above the horizon a cap is used whole, mean_brdf.c */
+    float n_dot_mirror;
+    struct mean_phong_lobe phong; /* PHONG */
+    float width;                  /* GGX: lobe_width */
 };
 
 struct mean_lobe mean_lobe(const struct mean_brdf *tables, const struct lobe *lobe, float3 n, float3 wo);

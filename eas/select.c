@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eas/select.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,14 +22,13 @@ struct selection {
     const struct sample_tree *trees;
     const struct select_options *options;
     struct select_scratch *scratch;
-    struct lobe stand_ins[MOST_LOBES];
-    struct mean_lobe lobes[MOST_LOBES][SELECT_DIRECTIONS];
+    struct mean_phong_lobe lobes[MOST_LOBES];
+    rgb weights[MOST_LOBES];
     int lobe_count;
-    float3 points[SELECT_DIRECTIONS];
-    /* The same in arrays for the quick test: points and mirror directions by component. */
+    float3 n;
+    /* The directions by component: the point that each is judged at, its mirror direction. */
     float px[SELECT_DIRECTIONS], py[SELECT_DIRECTIONS], pz[SELECT_DIRECTIONS];
-    float mx[SELECT_DIRECTIONS], my[SELECT_DIRECTIONS], mz[SELECT_DIRECTIONS];
-    float reach;                    /* of the widest lobe, rad */
+    float mx[SELECT_DIRECTIONS], my[SELECT_DIRECTIONS], mz[SELECT_DIRECTIONS], mirror_up[SELECT_DIRECTIONS];
     uint32_t first_row[MOST_TREES]; /* of each tree's nodes in scratch->rows */
     uint32_t row_count;
     /* Over the selection: reference minus selected reflected luminance in each direction, and the reference's mean. */
@@ -49,7 +49,12 @@ static struct lobe stand_in(const struct lobe *lobe)
 static void queries(struct selection *s, const struct mean_brdf *tables, const struct lobe *lobes,
                     const struct select_place *place)
 {
-    for (int k = 0; k < s->lobe_count; k++) s->stand_ins[k] = stand_in(&lobes[k]);
+    s->n = place->frame.n;
+    for (int k = 0; k < s->lobe_count; k++) {
+        struct lobe lobe = stand_in(&lobes[k]);
+        s->lobes[k] = mean_lobe(tables, &lobe, s->n, place->wo).phong;
+        s->weights[k] = lobe.weight;
+    }
     const float steps[4] = {.8566749f, .7338919f, .6287067f, .5385972f};
     for (int i = 0; i < s->options->directions; i++) {
         float u[4];
@@ -57,34 +62,28 @@ static void queries(struct selection *s, const struct mean_brdf *tables, const s
         /* z of a cap of directions: the hemisphere's but its rim, or VIEW_SPREAD about the viewer. */
         float z = 1 - u[0] * (i & 1 ? 1 - cosf(minf(VIEW_SPREAD + 2 * place->turn, 1.5f)) : .97f), sine = sqrtf(1 - z * z), phi = 2 * PI * u[1];
         struct frame frame = i & 1 ? frame_about(place->wo) : place->frame;
-        float3 wo = to_world(frame, vec3(sine * cosf(phi), sine * sinf(phi), z));
+        float3 wo = to_world(frame, vec3(sine * cosf(phi), sine * sinf(phi), z)), mirror = reflect(wo, s->n);
         float r = place->radius * sqrtf(u[2]), x = r * cosf(2 * PI * u[3]), y = r * sinf(2 * PI * u[3]);
-        s->points[i] = add(place->origin, to_world(place->frame, vec3(x, y, 0)));
-        for (int k = 0; k < s->lobe_count; k++)
-            s->lobes[k][i] = mean_lobe(tables, &s->stand_ins[k], place->frame.n, wo);
-        float3 mirror = s->lobes[0][i].mirror;
-        s->px[i] = s->points[i].x, s->py[i] = s->points[i].y, s->pz[i] = s->points[i].z;
-        s->mx[i] = mirror.x, s->my[i] = mirror.y, s->mz[i] = mirror.z;
+        float3 point = add(place->origin, to_world(place->frame, vec3(x, y, 0)));
+        s->px[i] = point.x, s->py[i] = point.y, s->pz[i] = point.z;
+        s->mx[i] = mirror.x, s->my[i] = mirror.y, s->mz[i] = mirror.z, s->mirror_up[i] = dot(mirror, s->n);
     }
-    s->reach = 0;
-    for (int k = 0; k < s->lobe_count; k++) s->reach = maxf(s->reach, s->lobes[k][0].reach);
 }
 
-/* Which directions an EAS can matter to: near[i] > 0. The chord between its axis and the mirror direction is compared
- * with the cap's and the lobe's reach, generously. */
-static void near_queries(const struct selection *s, const struct eas *eas, float *near)
+/* The EAS as each direction sees it. */
+static void seen_by(const struct selection *s, const struct eas *eas, struct mean_phong_caps *caps)
 {
-    float ex = eas->position.x, ey = eas->position.y, ez = eas->position.z;
-    float there = eas->infinite ? 0.0f : 1.0f, size = eas->infinite ? eas->area * (1 / PI) : 0,
-          spread = eas->infinite ? 0 : eas->area;
-    float reach = s->reach;
+    static_assert((int)SELECT_DIRECTIONS <= (int)MEAN_PHONG_BLOCK, "all directions are one block of caps");
+    const struct eas here = *eas;
+    const float3 n = s->n;
+    const int count = s->options->directions;
 #pragma omp simd
-    for (int i = 0; i < s->options->directions; i++) {
-        float vx = ex - there * s->px[i], vy = ey - there * s->py[i], vz = ez - there * s->pz[i];
-        float inverse2 = 1 / maxf(vx * vx + vy * vy + vz * vz, 1e-12f), inverse = sqrtf(inverse2);
-        float cos_delta = (vx * s->mx[i] + vy * s->my[i] + vz * s->mz[i]) * inverse;
-        float most = sqrtf(size + spread * inverse2) * 1.1f + reach;
-        near[i] = most * most - (2 - 2 * cos_delta);
+    for (int i = 0; i < count; i++) {
+        struct cap cap = eas_translate(&here, vec3(s->px[i], s->py[i], s->pz[i]));
+        caps->omega[i] = cap.omega;
+        caps->cos_mirror[i] = dot(cap.axis, vec3(s->mx[i], s->my[i], s->mz[i]));
+        caps->up[i] = dot(cap.axis, n);
+        caps->mirror_up[i] = s->mirror_up[i];
     }
 }
 
@@ -97,15 +96,14 @@ static const float *node_values(struct selection *s, uint32_t tree, uint32_t nod
     *row = s->row_count++;
     float *values = scratch->values + (size_t)*row * directions;
     const struct eas *eas = &s->trees[tree].nodes[node].eas;
-    float near[SELECT_DIRECTIONS];
     memset(values, 0, directions * sizeof *values);
     if (is_black(eas->radiance)) return values;
-    near_queries(s, eas, near);
-    for (uint32_t i = 0; i < directions; i++) {
-        if (near[i] <= 0) continue;
-        struct cap cap = eas_translate(eas, s->points[i]);
-        for (int k = 0; k < s->lobe_count && cap.omega > 0; k++)
-            values[i] += luminance(mul(eas->radiance, mean_lobe_cap(&s->lobes[k][i], cap)));
+    struct mean_phong_caps caps;
+    seen_by(s, eas, &caps);
+    for (int k = 0; k < s->lobe_count; k++) {
+        float brightness = luminance(mul(eas->radiance, s->weights[k]));
+        int hits = mean_phong_caps(&s->lobes[k], &caps, (int)directions);
+        for (int h = 0; h < hits; h++) values[caps.hit[h]] += brightness * caps.value[caps.hit[h]];
     }
     return values;
 }

@@ -212,7 +212,7 @@ static bool are_records(const struct record_cache *cache)
         const struct eas *eas = &cache->eas[i];
         if (!are_sane(&eas->position.x, offsetof(struct eas, infinite) / sizeof(float)) || eas->area < 0 ||
             eas->infinite > 1 || !is_unit(eas->infinite ? eas->position : eas->normal) ||
-            (eas->infinite && eas->area > 2.001f * PI))
+            (eas->infinite && (eas->area > 2.001f * PI || dot(eas->normal, eas->normal) > 0)))
             return false;
     }
     return true;

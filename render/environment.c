@@ -261,7 +261,7 @@ int environment_cells(const struct environment *environment, int most, struct en
 {
     const struct environment *e = environment;
     if (!(e->strong_flux > 0)) return 0;
-    enum { SIDE = 2 }; /* squared: look-ups a texel */
+    enum { SIDE = 4 }; /* squared: look-ups a texel */
     struct texel_flux *texels = malloc((size_t)e->image->width * (size_t)e->image->height * sizeof *texels);
     struct group *groups = malloc((size_t)most * sizeof *groups);
     size_t texel_count = 0;

@@ -8,8 +8,9 @@
 /* Rays in a chain; Russian roulette begins after the first continuation. */
 enum { MAX_DEPTH = 32 };
 
-/* Lamp samples on a glossy surface: CANDIDATES x CANDIDATES for one shadow ray. */
-enum { CANDIDATES = 3 };
+/* Lamp samples on a glossy surface: CANDIDATES x CANDIDATES for one shadow ray. Shadow rays where the first ray of a
+ * chain ends, under an environment that lights from many sides. */
+enum { CANDIDATES = 3, SKY_RAYS = 4 };
 /* Where a lamp fills more of what a point sees, sr, lobes are too narrow to be averaged over parts of it. */
 #define MOST_SOLID_ANGLE 1.0f
 
@@ -181,9 +182,12 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
 
     struct lamp_light lamp;
     bool averages = direct_resolves(brdf) && lights_widest(chain->model->lights, point->origin) < MOST_SOLID_ANGLE;
-    if (lamp_light(chain->model, point, averages, chain->rng, &lamp)) {
-        add_light(chain, mul(throughput, lamp.diffuse), own, before);
-        add_light(chain, mul(throughput, lamp.specular), false, depth == 0 ? before + lamp.distance : before);
+    int shadow_rays = depth == 0 && lights_environment(chain->model->lights) ? SKY_RAYS : 1;
+    for (int i = 0; i < shadow_rays; i++) {
+        if (!lamp_light(chain->model, point, averages, chain->rng, &lamp)) continue;
+        rgb share = scale(throughput, 1 / (float)shadow_rays);
+        add_light(chain, mul(share, lamp.diffuse), own, before);
+        add_light(chain, mul(share, lamp.specular), false, depth == 0 ? before + lamp.distance : before);
     }
     if (total <= 0 || rng_float(chain->rng) >= survive) return;
     int pick = rng_float(chain->rng) * total < weights[0] ? 0 : brdf->lobe_count - 1;

@@ -96,6 +96,8 @@ void lights_free(struct lights *lights)
     free(lights);
 }
 
+bool lights_environment(const struct lights *lights) { return lights->environment.strong_flux > 0; }
+
 int lights_cells(const struct lights *lights, int most, struct environment_cell *cells)
 {
     return lights->count == 1 ? environment_cells(&lights->environment, most, cells) : 0;

@@ -35,6 +35,9 @@ void lights_free(struct lights *lights);
 /* Whether there is anything to sample. */
 bool lights_any(const struct lights *lights);
 
+/* Whether the environment has a strong part: light that comes from many sides, and needs more shadow rays. */
+bool lights_environment(const struct lights *lights);
+
 /* Where all there is to sample is the environment: its strong light in at most `most` cells, the same for all points. 0
  * where there are other lights, -1 where memory runs out. */
 int lights_cells(const struct lights *lights, int most, struct environment_cell *cells);

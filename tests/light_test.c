@@ -315,11 +315,49 @@ static void environment_split(void **state)
     environment_free(&e);
 }
 
+/* The strong light in cells: all of it, and what it sends to surfaces at any tilt, against quadrature. One cell an
+ * eighth of the sphere's size would be 5 % off at some. */
+static void environment_in_cells(void **state)
+{
+    (void)state;
+    enum { CELLS = 64, DIRECTIONS = 400000, TILTS = 40 };
+    float pixels[3 * WIDTH * HEIGHT];
+    fill_sky(pixels);
+    struct image image = {.width = WIDTH, .height = HEIGHT, .channel_count = 3, .pixels = pixels};
+    struct scene_texture texture = {.type = TEXTURE_IMAGE};
+    struct scene scene = {.textures = &texture, .texture_count = 1, .image_count = 1};
+    struct textures textures = {&scene, &image};
+    struct environment e;
+    scene.world = (struct scene_world){{2, 2, 2}, 0, {0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0}};
+    assert_true(environment_build(&scene.world, &textures, &e));
+    struct environment_cell cells[CELLS];
+    int count = environment_cells(&e, CELLS, cells);
+    assert_true(count > 20 && count <= CELLS);
+    float exact[TILTS] = {0}, largest = 0;
+    for (int i = 0; i < DIRECTIONS; i++) {
+        float3 dir = sphere_direction(i, DIRECTIONS);
+        float y = environment_strong(&e, dir).y * 4 * PI / DIRECTIONS;
+        for (int k = 0; k < TILTS && y > 0; k++) exact[k] += y * maxf(dot(sphere_direction(k, TILTS), dir), 0);
+    }
+    for (int k = 0; k < TILTS; k++) largest = maxf(largest, exact[k]);
+    for (int k = 0; k < TILTS; k++) {
+        float sum = 0;
+        for (int i = 0; i < count; i++)
+            sum += cells[i].flux.y * cells[i].spread * maxf(dot(sphere_direction(k, TILTS), cells[i].wi), 0);
+        assert_float_equal(sum / largest, exact[k] / largest, .01f);
+    }
+    environment_free(&e);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(point_lamps),      cmocka_unit_test(spot_lamps), cmocka_unit_test(area_lamps),
-        cmocka_unit_test(area_spread),      cmocka_unit_test(suns),       cmocka_unit_test(many_lamps),
-        cmocka_unit_test(environment_split)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(point_lamps),
+                                       cmocka_unit_test(spot_lamps),
+                                       cmocka_unit_test(area_lamps),
+                                       cmocka_unit_test(area_spread),
+                                       cmocka_unit_test(suns),
+                                       cmocka_unit_test(many_lamps),
+                                       cmocka_unit_test(environment_split),
+                                       cmocka_unit_test(environment_in_cells)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What --set does to the open .blend before Cycles renders it, as scene_set does to an exported scene:
-"materials/NAME/exponent=VALUE" (modified Phong, >= 0) or "materials/NAME/roughness=VALUE" (Principled, 0 .. 1). NAME may
-hold slashes."""
+"materials/NAME/exponent=VALUE" (modified Phong, >= 0) or "materials/NAME/roughness=VALUE" (Principled, 0 .. 1). NAME
+may hold slashes."""
 import math
 import re
 
