@@ -42,7 +42,8 @@ struct cache cache_empty(float stretch);
 void cache_free(struct cache *cache);
 
 /* Adds a record; its number is cache->count before the call. Neighbour clamping (Křivánek 2008): its radius and those
- * of the records in whose reach it lies are reduced so that r_i <= r_j + |p_i - p_j|; its own never below `least`.
+ * of the records in whose reach it lies, but on the other side of a wall, are reduced so that r_i <= r_j + |p_i - p_j|;
+ * its own never below `least`.
  * False: no memory. */
 bool cache_insert(struct cache *cache, struct zone zone, float least);
 

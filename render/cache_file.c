@@ -23,12 +23,12 @@ struct header {
     char magic[8];
     uint32_t byte_order, version;
     uint64_t scene, seed;
-    uint32_t eas, lamps, material_count;
+    uint32_t eas, lamps, surfaces, material_count;
     struct scene_camera camera;
     float stretch[CACHES];
-    uint32_t zones[CACHES], eas_count;
+    uint32_t zones[CACHES], eas_count, unused;
 };
-static_assert(sizeof(struct header) == 144, "no padding");
+static_assert(sizeof(struct header) == 152, "no padding");
 
 /* What --set may have changed of a material. */
 struct property {
@@ -97,6 +97,7 @@ bool cache_file_write(const char *path, uint64_t hash, const struct scene *scene
         .seed = fill->options.seed,
         .eas = fill->options.eas,
         .lamps = fill->options.lamps,
+        .surfaces = fill->options.surfaces,
         .material_count = (uint32_t)scene->material_count,
         .camera = scene->camera,
         .stretch = {fill->bounced.zones.stretch, fill->diffuse.zones.stretch, fill->glossy.zones.stretch},
@@ -172,6 +173,9 @@ static const char *check_header(const char *bytes, size_t size, uint64_t hash, c
     if (header->lamps != options->lamps)
         return options->lamps ? "was made with --records indirect, expected all"
                               : "was made with --records all, expected indirect";
+    if (header->surfaces != options->surfaces)
+        return options->surfaces ? "was made with --fill camera, expected surfaces"
+                                 : "was made with --fill surfaces, expected camera";
     snprintf(found, 256, "was made with --seed %llu, expected %llu", (unsigned long long)header->seed,
              (unsigned long long)options->seed);
     return header->seed == options->seed ? NULL : found;

@@ -32,8 +32,9 @@ struct record_cache {
 
 /* What the caches depend on besides the scene. */
 struct fill_options {
-    bool eas;   /* glossy surfaces keep EAS; if not, all keep irradiance alone */
-    bool lamps; /* records hold direct light, too (the paper's mode) */
+    bool eas;      /* glossy surfaces keep EAS; if not, all keep irradiance alone */
+    bool lamps;    /* records hold direct light, too (the paper's mode) */
+    bool surfaces; /* records all over the scene, for any camera; if not, where the camera sees */
     uint64_t seed;
 };
 
@@ -51,7 +52,7 @@ bool fill_build(const struct model *model, const struct fill_options *options, s
                 struct fill *fill, char error[static SCENE_ERROR]);
 
 /* Goes on where the model's camera sees what no record covers: the caches were made for another camera or other
- * materials. The same promises; where memory runs out, the caller frees. */
+ * materials, and not over all surfaces. The same promises; where memory runs out, the caller frees. */
 bool fill_extend(const struct model *model, struct progress *progress, struct fill *fill,
                  char error[static SCENE_ERROR]);
 void fill_free(struct fill *fill);

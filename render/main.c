@@ -79,6 +79,7 @@ static bool write_picture(const struct options *options, const struct image *ima
         {"burnish:scene", scene},
         {"burnish:method", stats_method(options->render.method)},
         {"burnish:records", options->render.lamps_in_records ? "all" : "indirect"},
+        {"burnish:fill", options->render.over_surfaces ? "surfaces" : "camera"},
         {"burnish:spp", spp_text},
         {"burnish:seed", seed}};
     return image_write(options->output, image, false, attributes, sizeof attributes / sizeof attributes[0], error);
@@ -102,7 +103,7 @@ static int load_caches(const struct model *model, const struct options *options,
     progress_end(progress, 0);
     *loaded = fill_records(fill);
     if (change.materials) fprintf(stderr, "burnish: %s: %s\n", options->cache, change.stale);
-    if (!change.camera && !change.materials) return EXIT_DONE;
+    if (wanted.surfaces || (!change.camera && !change.materials)) return EXIT_DONE;
     if (!fill_extend(model, progress, fill, error)) return EXIT_OUTPUT;
     if (fill_records(fill) > *loaded)
         fprintf(stderr, "burnish: %s: %llu records were added to its %llu for this picture; the file stays as it was\n",

@@ -13,6 +13,7 @@ enum key {
     KEY_STATS = 256,
     KEY_CACHE,
     KEY_RECORDS,
+    KEY_FILL,
     KEY_SET,
     KEY_THREADS,
     KEY_SEED,
@@ -92,6 +93,8 @@ static const struct argp_option render_arguments[] = {
      0},
     {"threads", KEY_THREADS, "N", 0, "threads (all cores); the picture does not depend on it", 0},
     {"seed", KEY_SEED, "N", 0, "chooses the random numbers (0)", 0},
+    {"fill", KEY_FILL, "camera|surfaces", 0,
+     "where records are made: where the camera sees, or all over the scene, for any camera (camera)", 0},
     {"records", KEY_RECORDS, "indirect|all", 0,
      "light that records hold: what bounced, or that of lamps, too (indirect)", 0},
     {"cache", KEY_CACHE, "FILE", 0,
@@ -112,6 +115,9 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
     case KEY_SIZE: size(state, text, options); return 0;
     case KEY_THREADS: options->threads = (int)number(state, "--threads", text, 1, 1024); return 0;
     case KEY_SEED: options->render.seed = number(state, "--seed", text, 0, INT64_MAX); return 0;
+    case KEY_FILL:
+        options->render.over_surfaces = second_word(state, "--fill", text, (const char *const[]){"camera", "surfaces"});
+        return 0;
     case KEY_RECORDS:
         options->render.lamps_in_records =
             second_word(state, "--records", text, (const char *const[]){"indirect", "all"});
@@ -131,6 +137,8 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
         if (!options->output) argp_error(state, "expected -o OUT.exr");
         if (options->cache && options->render.method == RENDER_PATH)
             argp_error(state, "--cache: --method path has no caches");
+        if (options->render.over_surfaces && options->render.method == RENDER_PATH)
+            argp_error(state, "--fill: --method path has no records");
         if (options->render.lamps_in_records && options->render.method == RENDER_PATH)
             argp_error(state, "--records: --method path has no records");
         if (!options->render.spp) options->render.spp = options->render.method == RENDER_PATH ? 64 : 16;

@@ -3,8 +3,9 @@
 
 #include <stdlib.h>
 
-/* Strata of the first round; most rays a side of a stratum where lobes look, and where light is concentrated. */
-enum { GATHER_RAYS = 256, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201 };
+/* Strata of the first round; most rays a side of a stratum where lobes look, where they may look anywhere, and where
+ * light is concentrated. */
+enum { GATHER_RAYS = 256, MOST_SPLIT = 4, SPREAD_SPLIT = 2, HOT_SPLIT = 3, SEED_RECORD = 201 };
 
 /* Zones: half the distance to the nearest surface, at least and at most so many pixels in radius. */
 #define ZONE_SHARE .5f
@@ -115,7 +116,8 @@ static struct plan plan_gather(const struct model *model, const struct draft *dr
     plan.cone = minf(FOCUS_WIDTHS * widest + FOCUS_MARGIN + plan.turn, PI);
     float looked_at = FOCUS_WIDTHS * widest + FOCUS_MARGIN,
           strata = (1 - cosf(looked_at)) * (float)(plan.grid.rows * plan.grid.columns);
-    plan.split = (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, MOST_SPLIT);
+    plan.split = (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, draft->anywhere ? SPREAD_SPLIT : MOST_SPLIT);
+    if (draft->anywhere) plan.cone = plan.turn = PI;
     return plan;
 }
 

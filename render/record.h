@@ -16,6 +16,7 @@ struct draft {
     bool wanted;        /* no record covers the point yet */
     bool glossy;        /* EAS are wanted, too */
     bool lamps;         /* direct light is wanted in it, too */
+    bool anywhere;      /* for viewers all around, not for this one */
 
     bool failed; /* no memory */
     struct zone zone;

@@ -58,8 +58,10 @@ static void report(const struct model *model, const struct fill *fill, uint64_t 
 
 struct fill_options render_fill(const struct render_options *options)
 {
-    return (struct fill_options){
-        .eas = options->method == RENDER_EAS, .lamps = options->lamps_in_records, .seed = options->seed};
+    return (struct fill_options){.eas = options->method == RENDER_EAS,
+                                 .lamps = options->lamps_in_records,
+                                 .surfaces = options->over_surfaces,
+                                 .seed = options->seed};
 }
 
 bool render(const struct model *model, const struct render_options *options, const struct fill *fill,

@@ -19,6 +19,7 @@ struct render_options {
     int spp; /* primary rays a pixel, at least 1 */
     uint64_t seed;
     bool lamps_in_records; /* records hold direct light, too */
+    bool over_surfaces;    /* records all over the scene, for any camera */
 };
 
 /* What --stats reports of the caches; all 0 for path. */
