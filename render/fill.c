@@ -11,7 +11,7 @@
 
 /* Places over all surfaces: no more than so many, and enough once less than UNCOVERED of a large round want records. */
 enum { FIRST_ROUND = 64, LEAST_LAST_ROUND = 1024, MOST_PLACES = 1 << 24 };
-#define UNCOVERED .005f
+#define UNCOVERED .001f
 
 /* What stands for a pixel's width where there is no camera, in radii of the scene. */
 #define SURFACE_PIXEL (1 / 256.0f)
