@@ -37,7 +37,8 @@ static rgb compensation(float roughness, float mu, rgb fresnel, rgb *darkening)
 
 static struct lobe metal_lobe(rgb f0, rgb f82, float weight, float roughness, float mu)
 {
-    struct lobe lobe = {.type = LOBE_METAL, .alpha = maxf(sqr(roughness), GGX_ALPHA_MIN), .f0 = f0, .f82 = f82};
+    float2 alpha = ggx_alphas(roughness, 0);
+    struct lobe lobe = {.type = LOBE_METAL, .alpha_x = alpha.x, .alpha_y = alpha.y, .f0 = f0, .f82 = f82};
     /* The cosine-weighted mean of the F82-tint curve: Schlick's at 1/21 of the way to 1, less b/126. */
     const float edge = 6.0f / 7, edge5 = edge * edge * edge * edge * edge;
     const rgb white = {1, 1, 1};
@@ -66,8 +67,10 @@ struct brdf brdf_principled(const struct principled *p, float cos_o)
         eta = p->ior < 1 ? (1 - root) / (1 + root) : (1 + root) / (1 - root);
     }
     if (base > 0 && eta != 1) {
+        float2 alpha = ggx_alphas(roughness, 0);
         struct lobe lobe = {.type = LOBE_DIELECTRIC,
-                            .alpha = maxf(sqr(roughness), GGX_ALPHA_MIN),
+                            .alpha_x = alpha.x,
+                            .alpha_y = alpha.y,
                             .ior = eta,
                             .f0 = {saturate(f0 * tint.x), saturate(f0 * tint.y), saturate(f0 * tint.z)}};
         float real_f0 = ggx_f0(eta), share = saturate((fresnel_mean(eta) - real_f0) / (1 - real_f0));
@@ -150,7 +153,7 @@ float brdf_pdf(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
 
 static inline float3 lobe_direction(const struct lobe *lobe, float3 n, float3 wo, const float u[static 2])
 {
-    if (lobe->type != LOBE_PHONG) return ggx_sample(lobe->alpha, n, wo, u);
+    if (lobe->type != LOBE_PHONG) return ggx_sample(lobe, n, wo, u);
     float c = powf(1 - u[0], 1 / (lobe->exponent + 1)), s = sqrtf(maxf(1 - c * c, 0)), phi = 2 * PI * u[1];
     return to_world(frame_about(reflect(wo, n)), vec3(s * cosf(phi), s * sinf(phi), c));
 }
@@ -191,6 +194,6 @@ float lobe_pdf(const struct lobe *lobe, float3 n, float3 wo, float3 wi)
 
 float lobe_width(const struct lobe *lobe)
 {
-    float n = lobe->type == LOBE_PHONG ? lobe->exponent : (2 / sqr(lobe->alpha) - 2) / 4;
+    float n = lobe->type == LOBE_PHONG ? lobe->exponent : (2 / sqr(minf(lobe->alpha_x, lobe->alpha_y)) - 2) / 4;
     return acosf(n > 0 ? expf(-1 / n) : 0);
 }

@@ -19,11 +19,12 @@ enum lobe_type {
 
 struct lobe {
     enum lobe_type type;
-    rgb weight;     /* factor: ks for Phong; compensation and layering included for GGX */
-    float exponent; /* PHONG: n */
-    float alpha;    /* GGX: roughness squared, isotropic, at least GGX_ALPHA_MIN */
-    float ior;      /* DIELECTRIC: the curve that leads from f0 to 1 */
-    rgb f0, f82;    /* GGX: reflectance at normal incidence; METAL: factor on Schlick's curve at 82 degrees */
+    rgb weight;             /* factor: ks for Phong; compensation and layering included for GGX */
+    float exponent;         /* PHONG: n */
+    float alpha_x, alpha_y; /* GGX: roughness squared along the tangent and across it, GGX_ALPHA_MIN to 1 */
+    float3 tangent;         /* GGX: where the two differ: any direction but n's, its part at right angles to n counts */
+    float ior;              /* DIELECTRIC: the curve that leads from f0 to 1 */
+    rgb f0, f82;            /* GGX: reflectance at normal incidence; METAL: factor on Schlick's curve at 82 degrees */
 };
 
 struct brdf {
@@ -62,7 +63,7 @@ rgb lobe_sample(const struct lobe *lobe, float3 n, float3 wo, const float u[stat
 float lobe_pdf(const struct lobe *lobe, float3 n, float3 wo, float3 wi);
 
 /* Half-width of the lobe in radians: where Phong has fallen to 1/e; for GGX that of the Phong lobe alike near its peak
- * (n = 2/alpha^2 - 2 about the half vector, a quarter of it about the mirror direction). */
+ * (n = 2/alpha^2 - 2 about the half vector, a quarter of it about the mirror direction), of the smaller alpha. */
 float lobe_width(const struct lobe *lobe);
 
 #endif

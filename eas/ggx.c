@@ -5,65 +5,82 @@
 
 static inline float saturate(float x) { return clampf(x, 0, 1); }
 
-/* Smith's Lambda (Heitz 2014, eq. 72) at cosine c. */
-static inline float lambda(float alpha2, float c) { return 0.5f * (sqrtf(1 + alpha2 * maxf(1 / (c * c) - 1, 0)) - 1); }
-
-float ggx_fresnel_dielectric(float c, float eta)
+/* Smith's Lambda (Heitz 2014, eq. 72) from the squared tangent of a direction stretched by the alphas. */
+static inline float lambda(float stretched) { return 0.5f * (sqrtf(1 + stretched) - 1); }
+/* That tangent: isotropic, at cosine c; and of any direction in the lobe's frame. */
+static inline float tan2(float alpha2, float c) { return alpha2 * maxf(1 / (c * c) - 1, 0); }
+static inline float stretched_tan2(const struct lobe *lobe, float3 w)
 {
-    c = fabsf(c);
-    float g2 = eta * eta - 1 + c * c;
-    if (g2 <= 0) return 1;
-    float g = sqrtf(g2), a = (g - c) / (g + c), b = (c * (g + c) - 1) / (c * (g - c) + 1);
-    return 0.5f * a * a * (1 + b * b);
+    return (sqr(lobe->alpha_x * w.x) + sqr(lobe->alpha_y * w.y)) / sqr(w.z);
 }
 
-/* 0 at normal incidence, 1 at grazing. */
-static inline float fresnel_share(float c, float eta)
+/* How far a dielectric's reflectance has gone from that at normal incidence, 0, to that at grazing, 1. */
+static inline float fresnel_share(float reflectance, float eta)
 {
     float f0 = ggx_f0(eta);
-    return saturate((ggx_fresnel_dielectric(c, eta) - f0) / (1 - f0));
+    return saturate((reflectance - f0) / (1 - f0));
 }
 
-rgb ggx_fresnel(const struct lobe *lobe, float c)
+rgb ggx_fresnel_from(const struct lobe *lobe, struct ggx_terms terms)
 {
     const rgb white = {1, 1, 1};
-    if (lobe->type == LOBE_DIELECTRIC) return lerp3(lobe->f0, white, fresnel_share(c, lobe->ior));
+    if (lobe->type == LOBE_DIELECTRIC) return lerp3(lobe->f0, white, fresnel_share(terms.dielectric, lobe->ior));
     /* Kutz et al. 2021, "Novel aspects of the Adobe Standard Material": Schlick less b cos (1-cos)^6, with b such that
      * the factor at cos = 1/7 is f82. */
     const float edge = 6.0f / 7, edge5 = edge * edge * edge * edge * edge;
-    float m = saturate(1 - c), m5 = m * m * m * m * m;
-    rgb schlick = lerp3(lobe->f0, white, m5);
     rgb b = scale(mul(lerp3(lobe->f0, white, edge5), sub(white, lobe->f82)), 7 / (edge5 * edge));
-    rgb f = mad(schlick, b, -c * m5 * m);
+    rgb f = mad(lerp3(lobe->f0, white, terms.schlick), b, -terms.dip);
     return vec3(saturate(f.x), saturate(f.y), saturate(f.z));
+}
+
+rgb ggx_fresnel(const struct lobe *lobe, float c) { return ggx_fresnel_from(lobe, ggx_fresnel_terms(lobe, c)); }
+
+struct frame ggx_frame(const struct lobe *lobe, float3 n)
+{
+    if (lobe->alpha_x == lobe->alpha_y) return frame_about(n);
+    float3 b = normalize(cross(n, lobe->tangent));
+    return (struct frame){cross(b, n), b, n};
 }
 
 rgb ggx_eval(const struct lobe *lobe, float3 n, float3 wo, float3 wi, float *pdf)
 {
-    float alpha2 = sqr(lobe->alpha), cos_i = dot(n, wi), cos_o = dot(n, wo);
-    float3 h = add(wi, wo), perpendicular = cross(n, h);
-    /* The sine from the cross product: 1 - cos^2 would lose a narrow lobe's width in rounding. */
-    float h2 = dot(h, h), sin2 = dot(perpendicular, perpendicular) / h2, cos2 = sqr(dot(n, h)) / h2;
-    float d = alpha2 / (PI * sqr(sin2 + alpha2 * cos2));
-    float lambda_i = lambda(alpha2, cos_i), lambda_o = lambda(alpha2, cos_o);
+    float cos_i = dot(n, wi), cos_o = dot(n, wo), d, lambda_i, lambda_o;
+    float3 h = add(wi, wo);
+    float h2 = dot(h, h);
+    if (lobe->alpha_x == lobe->alpha_y) {
+        float alpha2 = sqr(lobe->alpha_x);
+        /* The sine from the cross product: 1 - cos^2 would lose a narrow lobe's width in rounding. */
+        float3 perpendicular = cross(n, h);
+        float sin2 = dot(perpendicular, perpendicular) / h2, cos2 = sqr(dot(n, h)) / h2;
+        d = alpha2 / (PI * sqr(sin2 + alpha2 * cos2));
+        lambda_i = lambda(tan2(alpha2, cos_i));
+        lambda_o = lambda(tan2(alpha2, cos_o));
+    } else { /* Heitz 2014: the isotropic lobe, stretched */
+        struct frame frame = ggx_frame(lobe, n);
+        float3 slope = to_local(frame, h);
+        slope.x /= lobe->alpha_x, slope.y /= lobe->alpha_y;
+        d = sqr(h2 / dot(slope, slope)) / (PI * lobe->alpha_x * lobe->alpha_y);
+        lambda_i = lambda(stretched_tan2(lobe, to_local(frame, wi)));
+        lambda_o = lambda(stretched_tan2(lobe, to_local(frame, wo)));
+    }
     *pdf = d / (4 * cos_o * (1 + lambda_o));
     rgb fresnel = ggx_fresnel(lobe, dot(h, wo) / sqrtf(h2));
     return mul(lobe->weight, scale(fresnel, d / (4 * cos_i * cos_o * (1 + lambda_i + lambda_o))));
 }
 
 /* A visible normal seen from w, both in the frame where n is z: uniform in the cap that the stretched w sees. */
-static inline float3 visible_normal(float alpha, float3 w, const float u[static 2])
+static inline float3 visible_normal(float alpha_x, float alpha_y, float3 w, const float u[static 2])
 {
-    float3 s = normalize(vec3(alpha * w.x, alpha * w.y, w.z));
+    float3 s = normalize(vec3(alpha_x * w.x, alpha_y * w.y, w.z));
     float phi = 2 * PI * u[0], z = (1 - u[1]) * (1 + s.z) - s.z, r = sqrtf(saturate(1 - z * z));
     float3 h = add(vec3(r * cosf(phi), r * sinf(phi), z), s);
-    return normalize(vec3(alpha * h.x, alpha * h.y, maxf(h.z, 0)));
+    return normalize(vec3(alpha_x * h.x, alpha_y * h.y, maxf(h.z, 0)));
 }
 
-float3 ggx_sample(float alpha, float3 n, float3 wo, const float u[static 2])
+float3 ggx_sample(const struct lobe *lobe, float3 n, float3 wo, const float u[static 2])
 {
-    struct frame frame = frame_about(n);
-    return reflect(wo, to_world(frame, visible_normal(alpha, to_local(frame, wo), u)));
+    struct frame frame = ggx_frame(lobe, n);
+    return reflect(wo, to_world(frame, visible_normal(lobe->alpha_x, lobe->alpha_y, to_local(frame, wo), u)));
 }
 
 /* Cycles' grids: roughness along x, mu along y, and along z the index as sqrt((eta-1)/(eta+1)); each from 0 to 1. */
@@ -88,7 +105,7 @@ static void visible_directions(float alpha, float mu, struct visible out[static 
     float3 w = {sqrtf(1 - mu * mu), 0, mu};
     for (int i = 0; i < POINTS; i++) {
         float v = ((float)i + 0.5f) / POINTS, u[2] = {(float)(i * POINTS_BEFORE % POINTS) / POINTS, 1 - v * v * v};
-        float3 h = visible_normal(alpha, w, u);
+        float3 h = visible_normal(alpha, alpha, w, u);
         out[i] = (struct visible){reflect(w, h).z, dot(w, h), 3 * v * v / POINTS};
     }
 }
@@ -99,10 +116,10 @@ static float grid(int i, int size) { return clampf((float)i / (float)(size - 1),
 static float integrate_albedo(float alpha, float mu)
 {
     struct visible v[POINTS];
-    float alpha2 = alpha * alpha, lambda_o = lambda(alpha2, mu), sum = 0;
+    float alpha2 = alpha * alpha, lambda_o = lambda(tan2(alpha2, mu)), sum = 0;
     visible_directions(alpha, mu, v);
     for (int i = 0; i < POINTS; i++)
-        if (v[i].cos_i > 0) sum += v[i].weight * (1 + lambda_o) / (1 + lambda_o + lambda(alpha2, v[i].cos_i));
+        if (v[i].cos_i > 0) sum += v[i].weight * (1 + lambda_o) / (1 + lambda_o + lambda(tan2(alpha2, v[i].cos_i)));
     return saturate(sum);
 }
 
@@ -129,7 +146,7 @@ static void fill_share(int x)
             float q = minf(grid(z, SHARE_SIZE), 0.99f); /* 1 would be an infinite index */
             float eta = (1 + q * q) / (1 - q * q), sum = 0;
             for (int i = 0; i < POINTS; i++)
-                if (v[i].cos_i > 0) sum += v[i].weight * fresnel_share(v[i].cos_h, eta);
+                if (v[i].cos_i > 0) sum += v[i].weight * fresnel_share(ggx_fresnel_dielectric(v[i].cos_h, eta), eta);
             tables.share[z][y][x] = saturate(sum);
         }
     }

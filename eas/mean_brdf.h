@@ -6,23 +6,15 @@
  * The paper divides by the cap's own integral of the cosine and multiplies by irradiance E instead of L; that quotient
  * is singular for caps near the horizon, so radiance and solid angle are kept here and the quotient is never formed.
  *
- * Modified Phong: the integral as a vector, by two coefficients in tables over exponent, cap and distance from the
- * mirror direction in the lobe's sigmas, in which they hardly depend on the exponent; caps across the horizon by a sum
- * over rows. Errors, relative to the integral's largest value over viewers, for exponents of 5 to 1000 and caps up to
- * 20 degrees: 2.5e-3, across the horizon 2e-2. GGX: one or seven discs of the cap, each under a lobe widened by the
- * disc: good to 5 % where discs are narrower than the lobe, far less so at grazing angles.
+ * Modified Phong is done by tables, mean_phong.h; GGX in closed form, mean_ggx.h. Their errors stand there. The paper's
+ * own way is in lobe_fit.h.
  */
 #ifndef EAS_MEAN_BRDF_H
 #define EAS_MEAN_BRDF_H
 
 #include "eas/brdf.h"
+#include "eas/mean_ggx.h"
 #include "eas/mean_phong.h"
-
-/* A spherical cap: unit axis, solid angle in sr (0 … 2 pi). */
-struct cap {
-    float3 axis;
-    float omega;
-};
 
 struct mean_brdf; /* the tables; read-only after building: any thread may use them */
 
@@ -36,7 +28,7 @@ struct mean_lobe {
     float3 n, wo, mirror;
     float n_dot_mirror;
     struct mean_phong_lobe phong; /* PHONG */
-    float width;                  /* GGX: lobe_width */
+    struct mean_ggx ggx;          /* GGX */
 };
 
 struct mean_lobe mean_lobe(const struct mean_brdf *tables, const struct lobe *lobe, float3 n, float3 wo);
@@ -44,7 +36,10 @@ struct mean_lobe mean_lobe(const struct mean_brdf *tables, const struct lobe *lo
 /* The integral over the cap of f cos(theta_i), above n's horizon; the lobe's weight included. */
 rgb mean_lobe_cap(const struct mean_lobe *lobe, struct cap cap);
 
-/* The same by midpoints of rings x sectors of the cap, those above the horizon: the oracle of the tests and of the
+/* The same for each of many caps, which cost far less together. */
+void mean_lobe_caps(const struct mean_lobe *lobe, const struct cap *caps, int count, rgb *values);
+
+/* The same by midpoints of rings x sectors of the cap's part above the horizon: the oracle of the tests and of the
  * paper's tables. */
 rgb mean_lobe_quadrature(const struct lobe *lobe, float3 n, float3 wo, struct cap cap, int rings, int sectors);
 

@@ -40,7 +40,7 @@ struct selection {
 static struct lobe stand_in(const struct lobe *lobe)
 {
     if (lobe->type == LOBE_PHONG) return *lobe;
-    float exponent = maxf((2 / sqr(lobe->alpha) - 2) / 4, 1);
+    float exponent = maxf((2 / (lobe->alpha_x * lobe->alpha_y) - 2) / 4, 1);
     return (struct lobe){.type = LOBE_PHONG, .weight = mul(lobe->weight, lobe->f0), .exponent = exponent};
 }
 
@@ -60,7 +60,8 @@ static void queries(struct selection *s, const struct mean_brdf *tables, const s
         float u[4];
         for (int k = 0; k < 4; k++) u[k] = (float)fmod(.5 + (double)steps[k] * (i + 1), 1);
         /* z of a cap of directions: the hemisphere's but its rim, or VIEW_SPREAD about the viewer. */
-        float z = 1 - u[0] * (i & 1 ? 1 - cosf(minf(VIEW_SPREAD + 2 * place->turn, 1.5f)) : .97f), sine = sqrtf(1 - z * z), phi = 2 * PI * u[1];
+        float z = 1 - u[0] * (i & 1 ? 1 - cosf(minf(VIEW_SPREAD + 2 * place->turn, 1.5f)) : .97f),
+              sine = sqrtf(1 - z * z), phi = 2 * PI * u[1];
         struct frame frame = i & 1 ? frame_about(place->wo) : place->frame;
         float3 wo = to_world(frame, vec3(sine * cosf(phi), sine * sinf(phi), z)), mirror = reflect(wo, s->n);
         float r = place->radius * sqrtf(u[2]), x = r * cosf(2 * PI * u[3]), y = r * sinf(2 * PI * u[3]);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Three floats by value: a point or vector (float3) or a colour (rgb, linear Rec. 709), and an orthonormal frame. */
+/* Three floats by value: a point or vector (float3) or a colour (rgb, linear Rec. 709); an orthonormal frame; a cap. */
 #ifndef EAS_VEC_H
 #define EAS_VEC_H
 
@@ -58,6 +58,12 @@ static inline struct frame frame_about(float3 n)
 }
 static inline float3 to_world(struct frame f, float3 v) { return mad(mad(scale(f.t, v.x), f.b, v.y), f.n, v.z); }
 static inline float3 to_local(struct frame f, float3 v) { return (float3){dot(f.t, v), dot(f.b, v), dot(f.n, v)}; }
+
+/* A spherical cap: unit axis, solid angle in sr (0 … 2 pi). */
+struct cap {
+    float3 axis;
+    float omega;
+};
 
 /* A direction about n with density cos/pi; u: two numbers in [0, 1). */
 static inline float3 cosine_direction(float3 n, const float u[2])

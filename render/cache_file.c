@@ -16,6 +16,10 @@
 enum { VERSION = 1, BYTE_ORDER_MARK = 0x01020304, BYTE_ORDER_SWAPPED = 0x04030201 };
 static const char magic[8] = "BURNISHC";
 
+/* What --method calls each kind. */
+enum { KINDS = 3 };
+static const char *const kinds[KINDS] = {[FILL_DIFFUSE] = "hybrid", [FILL_EAS] = "eas", [FILL_HSH] = "hsh"};
+
 /* The caches of struct fill. */
 enum { BOUNCED, DIFFUSE, GLOSSY, CACHES };
 
@@ -23,10 +27,10 @@ struct header {
     char magic[8];
     uint32_t byte_order, version;
     uint64_t scene, seed;
-    uint32_t eas, lamps, surfaces, material_count;
+    uint32_t kind, lamps, surfaces, material_count;
     struct scene_camera camera;
     float stretch[CACHES];
-    uint32_t zones[CACHES], eas_count, unused;
+    uint32_t zones[CACHES], eas_count, hsh_count;
 };
 static_assert(sizeof(struct header) == 152, "no padding");
 
@@ -50,7 +54,7 @@ static uint64_t bytes_before_checksum(const struct header *header)
     return sizeof *header + (uint64_t)header->material_count * sizeof(struct property) +
            (uint64_t)zones[BOUNCED] * (sizeof(struct zone) + sizeof(rgb)) +
            ((uint64_t)zones[DIFFUSE] + zones[GLOSSY]) * (sizeof(struct zone) + sizeof(struct record)) +
-           (uint64_t)header->eas_count * sizeof(struct eas);
+           (uint64_t)header->eas_count * sizeof(struct eas) + (uint64_t)header->hsh_count * sizeof(float);
 }
 
 static void put(char **to, const void *from, size_t bytes)
@@ -64,6 +68,7 @@ static void put_records(char **to, const struct record_cache *cache)
     put(to, cache->zones.zones, cache->zones.count * sizeof *cache->zones.zones);
     put(to, cache->records, cache->zones.count * sizeof *cache->records);
     put(to, cache->eas, cache->eas_count * sizeof *cache->eas);
+    put(to, cache->hsh, cache->hsh_count * sizeof *cache->hsh);
 }
 
 /* The file's bytes, for the caller to free. NULL: no memory. */
@@ -95,14 +100,15 @@ bool cache_file_write(const char *path, uint64_t hash, const struct scene *scene
         .version = VERSION,
         .scene = hash,
         .seed = fill->options.seed,
-        .eas = fill->options.eas,
+        .kind = fill->options.kind,
         .lamps = fill->options.lamps,
         .surfaces = fill->options.surfaces,
         .material_count = (uint32_t)scene->material_count,
         .camera = scene->camera,
         .stretch = {fill->bounced.zones.stretch, fill->diffuse.zones.stretch, fill->glossy.zones.stretch},
         .zones = {fill->bounced.zones.count, fill->diffuse.zones.count, fill->glossy.zones.count},
-        .eas_count = fill->glossy.eas_count};
+        .eas_count = fill->glossy.eas_count,
+        .hsh_count = fill->glossy.hsh_count};
     memcpy(header.magic, magic, sizeof magic);
     char name[PATH_MAX];
     size_t size;
@@ -167,9 +173,11 @@ static const char *check_header(const char *bytes, size_t size, uint64_t hash, c
         return "is damaged: its checksum does not fit";
     if (header->scene != hash || header->material_count != (uint32_t)scene->material_count)
         return "belongs to another scene, or to this one before it was changed";
-    if (header->eas != options->eas)
-        return options->eas ? "was made with --method hybrid, expected eas"
-                            : "was made with --method eas, expected hybrid";
+    if (header->kind != options->kind) {
+        snprintf(found, 256, "was made with --method %s, expected %s", kinds[header->kind < KINDS ? header->kind : 0],
+                 kinds[options->kind]);
+        return found;
+    }
     if (header->lamps != options->lamps)
         return options->lamps ? "was made with --records indirect, expected all"
                               : "was made with --records all, expected indirect";
@@ -209,7 +217,9 @@ static bool are_records(const struct record_cache *cache)
     for (uint32_t i = 0; i < cache->zones.count; i++) {
         const struct record *record = &cache->records[i];
         if (!are_sane(&record->irradiance.e.x, sizeof record->irradiance / sizeof(float)) ||
-            (uint64_t)record->first_eas + record->eas_count > cache->eas_count)
+            (uint64_t)record->first_eas + record->eas_count > cache->eas_count || record->hsh_order < 0 ||
+            record->hsh_order > HARMONICS_ORDER ||
+            (uint64_t)record->first_hsh + hsh_floats(record->hsh_order) > cache->hsh_count)
             return false;
     }
     for (uint32_t i = 0; i < cache->eas_count; i++) {
@@ -219,7 +229,7 @@ static bool are_records(const struct record_cache *cache)
             (eas->infinite && (eas->area > 2.001f * PI || dot(eas->normal, eas->normal) > 0)))
             return false;
     }
-    return true;
+    return are_sane(cache->hsh, cache->hsh_count);
 }
 
 /* A copy of the next bytes, at least one so that it isn't NULL; NULL: no memory. */
@@ -245,18 +255,20 @@ static void take_records(const char **from, const struct header *header, int whi
     cache->record_capacity = cache->zones.count;
     cache->eas_count = cache->eas_capacity = which == GLOSSY ? header->eas_count : 0;
     cache->eas = take(from, cache->eas_count, sizeof *cache->eas);
+    cache->hsh_count = cache->hsh_capacity = which == GLOSSY ? header->hsh_count : 0;
+    cache->hsh = take(from, cache->hsh_count, sizeof *cache->hsh);
 }
 
 /* NULL, or what is wrong. */
-static const char *take_all(const char *from, const struct header *header, struct fill *fill)
+static const char *take_all(const char *from, const struct header *header, const struct scene *scene, struct fill *fill)
 {
     take_zones(&from, header, BOUNCED, &fill->bounced.zones);
     fill->bounced.e = take(&from, header->zones[BOUNCED], sizeof *fill->bounced.e);
     take_records(&from, header, DIFFUSE, &fill->diffuse);
     take_records(&from, header, GLOSSY, &fill->glossy);
     struct cache *caches[CACHES] = {&fill->bounced.zones, &fill->diffuse.zones, &fill->glossy.zones};
-    bool room =
-        fill->bounced.e && fill->diffuse.records && fill->diffuse.eas && fill->glossy.records && fill->glossy.eas;
+    bool room = fill->bounced.e && fill->diffuse.records && fill->diffuse.eas && fill->diffuse.hsh &&
+                fill->glossy.records && fill->glossy.eas && fill->glossy.hsh;
     for (int i = 0; i < CACHES; i++) room = room && caches[i]->zones;
     if (!room) return "out of memory";
     for (int i = 0; i < CACHES; i++)
@@ -267,8 +279,7 @@ static const char *take_all(const char *from, const struct header *header, struc
         return "is damaged: it holds a record that can't be";
     for (int i = 0; i < CACHES; i++)
         if (!cache_reindex(caches[i])) return "out of memory";
-    fill->tables = mean_brdf_build();
-    return fill->tables ? NULL : "out of memory";
+    return fill_tables(scene, fill) ? NULL : "out of memory";
 }
 
 /* What is stale where the properties of materials aren't those that the caches were made with. */
@@ -310,7 +321,7 @@ bool cache_file_read(const char *path, uint64_t hash, const struct scene *scene,
         const char *properties = bytes + sizeof header;
         compare_materials(properties, scene, change);
         change->camera = memcmp(&header.camera, &scene->camera, sizeof header.camera) != 0;
-        wrong = take_all(properties + header.material_count * sizeof(struct property), &header, fill);
+        wrong = take_all(properties + header.material_count * sizeof(struct property), &header, scene, fill);
     }
     if (wrong) {
         snprintf(error, SCENE_ERROR, "%.400s: %s", path, wrong);

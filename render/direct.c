@@ -82,17 +82,23 @@ void direct_free(struct direct *direct)
     direct->sky = NULL;
 }
 
-/* The mean over the cell of f cos, all lobes together. */
-static rgb lobes_over(const struct brdf *brdf, const struct mean_lobe *lobes, const struct cell *cell)
+/* Adds to f_cos, one a cell, the mean over the cell of all lobes' f cos. */
+static void add_lobes(const struct brdf *brdf, const struct mean_lobe *lobes, const struct cell *cells, int count,
+                      rgb *f_cos)
 {
-    rgb f_cos = {0};
-    for (int i = 0; i < brdf->lobe_count; i++) {
-        const struct mean_lobe *m = &lobes[i];
-        if (cell->omega > 1e-6f)
-            f_cos = mad(f_cos, mean_lobe_cap(m, (struct cap){cell->wi, cell->omega}), 1 / cell->omega);
-        else f_cos = mad(f_cos, lobe_eval(m->lobe, m->n, m->wo, cell->wi), maxf(dot(cell->wi, m->n), 0));
+    struct cap caps[MOST_CELLS];
+    rgb values[MOST_CELLS];
+    for (int i = 0; i < count; i++) caps[i] = (struct cap){cells[i].wi, cells[i].omega};
+    for (int k = 0; k < brdf->lobe_count; k++) {
+        const struct mean_lobe *m = &lobes[k];
+        mean_lobe_caps(m, caps, count, values);
+        for (int i = 0; i < count; i++) {
+            if (caps[i].omega > 1e-6f) f_cos[i] = mad(f_cos[i], values[i], 1 / caps[i].omega);
+            else
+                f_cos[i] =
+                    mad(f_cos[i], lobe_eval(m->lobe, m->n, m->wo, caps[i].axis), maxf(dot(caps[i].axis, m->n), 0));
+        }
     }
-    return f_cos;
 }
 
 static void prepare_lobes(const struct direct *direct, const struct point *point, struct mean_lobe lobes[2])
@@ -171,7 +177,7 @@ static bool probe(const struct shadow *s, float at, int origin, float weight, rg
         else high = middle;
     }
     float own = luminance(s->light[low]);
-    if (own < DARK) return false; /* rounding: beyond the last */
+    if (own <= 1e-30f) return false; /* beyond the last, by rounding; or its reciprocal might be no number */
     rgb share = scale(s->light[low], weight / own);
     bool through = cell_lit(s->direct, s->point, s->origins[origin % s->origin_count], low, &s->cells[low], s->rng);
     *asked = add(*asked, share);
@@ -210,28 +216,29 @@ rgb direct_light(const struct direct *direct, const struct point *point, bool av
 {
     struct mean_lobe lobes[2];
     struct cell cells[MOST_CELLS];
-    rgb light[MOST_CELLS], total = {0}, diffuse = direct->sky ? scale(point->brdf.kd, 1 / PI) : vec3(0, 0, 0);
+    rgb f_cos[MOST_CELLS], light[MOST_CELLS], total = {0},
+                                              diffuse = direct->sky ? scale(point->brdf.kd, 1 / PI) : vec3(0, 0, 0);
     float sum = 0, passed[MOST_CELLS + 1];
     int cell_count = direct->sky ? direct->sky_count : CELLS;
     averages = averages && point->brdf.lobe_count > 0;
     if (direct->idle || (!averages && is_black(diffuse))) return total;
     prepare_lobes(direct, point, lobes);
     for (int i = 0; i < cell_count; i++) {
-        rgb f_cos = {0};
+        f_cos[i] = vec3(0, 0, 0);
         if (direct->sky) {
             const struct environment_cell *sky = &direct->sky[i];
-            f_cos = scale(diffuse, sky->spread * maxf(dot(sky->wi, point->n), 0));
+            f_cos[i] = scale(diffuse, sky->spread * maxf(dot(sky->wi, point->n), 0));
             /* The cap whose directions are spread as much: the mean cosine to its axis is 1 - omega/4pi. */
             cells[i] = (struct cell){sky->wi, 4 * PI * (1 - sky->spread), sky->flux};
         } else {
             cells[i] = lamp_cell(direct->model->lights, point, i);
             if (direct->points_only && cells[i].omega > 0) cells[i].weight = vec3(0, 0, 0);
         }
-        light[i] = vec3(0, 0, 0);
+    }
+    if (averages) add_lobes(&point->brdf, lobes, cells, cell_count, f_cos);
+    for (int i = 0; i < cell_count; i++) {
+        light[i] = mul(cells[i].weight, f_cos[i]);
         passed[i] = sum;
-        if (is_black(cells[i].weight)) continue;
-        if (averages) f_cos = add(f_cos, lobes_over(&point->brdf, lobes, &cells[i]));
-        light[i] = mul(cells[i].weight, f_cos);
         total = add(total, light[i]);
         sum += luminance(light[i]);
     }

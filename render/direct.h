@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Lamps at the points that a pixel sees, with as little noise as the shadows allow.
  *
- * The points of a pixel that are alike share one unshadowed integral over fixed cells of the lamps, a lobe averaged over
- * each cell's solid angle (the mean BRDF, eas/mean_brdf.h), so that plain light has no noise. Shadow rays then go to
- * cells chosen by what they bring to the integral; the share that comes through scales it, channel by channel. Under an
- * environment alone, whose cells are exact, the diffuse part is treated so, too; under other lamps it is sampled. Lobes
- * too narrow for the cells are sampled with MIS.
+ * The points of a pixel that are alike share one unshadowed integral over fixed cells of the lamps, a lobe averaged
+ * over each cell's solid angle (the mean BRDF, eas/mean_brdf.h), so that plain light has no noise. Shadow rays then go
+ * to cells chosen by what they bring to the integral; the share that comes through scales it, channel by channel. Under
+ * an environment alone, whose cells are exact, the diffuse part is treated so, too; under other lamps it is sampled.
+ * Lobes too narrow for the cells are sampled with MIS.
  */
 #ifndef RENDER_DIRECT_H
 #define RENDER_DIRECT_H
@@ -41,7 +41,7 @@ rgb direct_sample(const struct direct *direct, const struct point *point, const 
 
 /* The light of alike points at their mean: under an environment alone the diffuse part, and the lobes where `averages`.
  * `origins`: where the points' rays start, `count` of them; `rays` shadow rays leave them in turn. */
-rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins, int count,
-                 int rays, struct rng *rng);
+rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins,
+                 int count, int rays, struct rng *rng);
 
 #endif

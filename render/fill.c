@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "eas/ggx.h"
 #include "render/direct.h"
 #include "render/record.h"
 #include "render/surfaces.h"
@@ -19,25 +20,29 @@ enum { FIRST_ROUND = 64, LEAST_LAST_ROUND = 1024, MOST_PLACES = 1 << 24 };
 /* Each round looks at this share more pixels than all before. */
 #define ROUND_GROWTH .2f
 
+/* Room for `more` after `count` of them. */
+static bool grow(void *array, uint32_t *capacity, uint32_t count, uint32_t more, size_t bytes)
+{
+    if (more <= *capacity - count) return true;
+    uint32_t larger = 2 * (count + more);
+    void *grown = larger > count ? realloc(*(void **)array, larger * bytes) : NULL;
+    if (!grown) return false;
+    *(void **)array = grown;
+    *capacity = larger;
+    return true;
+}
+
 static bool insert(struct record_cache *cache, const struct draft *draft)
 {
-    uint32_t index = cache->zones.count;
-    if (index == cache->record_capacity) {
-        uint32_t capacity = index ? 2 * index : 1024;
-        struct record *grown = realloc(cache->records, capacity * sizeof *grown);
-        if (!grown) return false;
-        cache->records = grown;
-        cache->record_capacity = capacity;
-    }
-    if (cache->eas_count + draft->eas_count > cache->eas_capacity) {
-        uint32_t capacity = 2 * (cache->eas_count + draft->eas_count);
-        struct eas *grown = realloc(cache->eas, capacity * sizeof *grown);
-        if (!grown) return false;
-        cache->eas = grown;
-        cache->eas_capacity = capacity;
-    }
-    cache->records[index] = (struct record){draft->irradiance, cache->eas_count, draft->eas_count};
+    uint32_t index = cache->zones.count, floats = hsh_floats(draft->hsh_order);
+    if (!grow(&cache->records, &cache->record_capacity, index, 1, sizeof *cache->records) ||
+        !grow(&cache->eas, &cache->eas_capacity, cache->eas_count, draft->eas_count, sizeof *cache->eas) ||
+        !grow(&cache->hsh, &cache->hsh_capacity, cache->hsh_count, floats, sizeof *cache->hsh))
+        return false;
+    cache->records[index] =
+        (struct record){draft->irradiance, cache->eas_count, draft->eas_count, cache->hsh_count, draft->hsh_order};
     for (uint32_t i = 0; i < draft->eas_count; i++) cache->eas[cache->eas_count++] = draft->eas[i];
+    for (uint32_t i = 0; i < floats; i++) cache->hsh[cache->hsh_count++] = draft->hsh[i];
     return cache_insert(&cache->zones, draft->zone, draft->least);
 }
 
@@ -64,7 +69,8 @@ static void look(const struct model *model, const struct fill *fill, const struc
     } else if (!surfaces_point(&places->surfaces, place, &draft->point)) {
         return;
     }
-    draft->glossy = fill->options.eas && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
+    draft->glossy =
+        fill->options.kind != FILL_DIFFUSE && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
     if (!draft->glossy && is_black(draft->point.brdf.kd)) return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;
     draft->wanted = !cache_covers(&cache->zones, draft->point.p, draft->point.n) &&
@@ -98,21 +104,28 @@ static bool find_places(const struct model *model, bool surfaces, struct places 
     return places->pixels != NULL;
 }
 
-/* Makes the records that are wanted among `drafts`, and inserts them in their order. */
+/* Makes the records of the first `wanted` drafts, and inserts them in their order; meanwhile progress goes from..to. */
 static bool make_records(const struct model *model, struct draft *drafts, uint32_t wanted,
-                         struct record_scratch *scratch, struct fill *fill)
+                         struct record_scratch *scratch, struct progress *progress, double from, double to,
+                         struct fill *fill)
 {
     bool ok = true;
+    uint32_t finished = 0;
 #pragma omp parallel for schedule(dynamic, 1)
     for (uint32_t i = 0; i < wanted; i++) {
         float pixel = drafts[i].anywhere ? model->radius * SURFACE_PIXEL
                                          : camera_pixel_width(&model->scene->camera, drafts[i].point.p);
-        record_make(model, &fill->bounced, fill->tables, pixel, fill->options.seed, fill_records(fill) + i,
+        record_make(model, &fill->bounced, fill->tables, fill->hsh, pixel, fill->options.seed, fill_records(fill) + i,
                     &scratch[omp_get_thread_num()], &drafts[i]);
+        uint32_t so_far;
+#pragma omp atomic capture
+        so_far = ++finished;
+        if (omp_get_thread_num() == 0) progress_show(progress, from + (to - from) * so_far / wanted);
     }
     for (uint32_t i = 0; i < wanted; i++) {
         ok = ok && !drafts[i].failed && insert(drafts[i].glossy ? &fill->glossy : &fill->diffuse, &drafts[i]);
         free(drafts[i].eas);
+        free(drafts[i].hsh);
     }
     return ok;
 }
@@ -124,6 +137,7 @@ static bool fill_places(const struct model *model, struct progress *progress, st
     int threads = omp_get_max_threads();
     struct record_scratch *scratch = calloc((size_t)threads, sizeof *scratch);
     bool ok = find_places(model, fill->options.surfaces, &places) && scratch, covered = false;
+    double shown = 0;
     for (uint32_t done = 0, count; ok && done < places.count && !covered; done += count) {
         count = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)done);
         count = count < places.count - done ? count : places.count - done;
@@ -134,10 +148,12 @@ static bool fill_places(const struct model *model, struct progress *progress, st
         for (uint32_t i = 0; i < (ok ? count : 0); i++) look(model, fill, &places, done + i, &drafts[i]);
         for (uint32_t i = 0; i < (ok ? count : 0); i++)
             if (drafts[i].wanted) drafts[wanted++] = drafts[i];
-        ok = ok && make_records(model, drafts, wanted, scratch, fill);
+        /* Over surfaces the share that is covered already stands for how far it is. */
+        double now = places.pixels ? (double)(done + count) / places.count : 1 - (double)wanted / count;
+        ok = ok && make_records(model, drafts, wanted, scratch, progress, shown, now, fill);
+        shown = now;
         free(drafts);
         covered = !places.pixels && count >= LEAST_LAST_ROUND && (float)wanted < UNCOVERED * (float)count;
-        progress_show(progress, places.pixels ? (double)(done + count) / places.count : 1 - (double)wanted / count);
     }
     ok = ok && cache_reindex(&fill->diffuse.zones) && cache_reindex(&fill->glossy.zones);
     for (int i = 0; scratch && i < threads; i++) record_scratch_free(&scratch[i]);
@@ -159,6 +175,43 @@ bool fill_extend(const struct model *model, struct progress *progress, struct fi
     return true;
 }
 
+static struct lobe lobe_of(enum material_type type, float width)
+{
+    if (type == MATERIAL_PHONG) return (struct lobe){.type = LOBE_PHONG, .exponent = maxf(width, 0)};
+    float2 alpha = ggx_alphas(clampf(width, 0, 1), 0);
+    return (struct lobe){.type = LOBE_METAL, .alpha_x = alpha.x, .alpha_y = alpha.y};
+}
+
+/* Tables for the scene's lobes; where a texture chooses the exponent or roughness, for a ladder from the widest to the
+ * narrowest that records are made for. */
+static struct hsh *build_hsh(const struct scene *scene)
+{
+    enum { RUNGS = 24 };
+    struct lobe *lobes = malloc((size_t)(scene->material_count * RUNGS + 1) * sizeof *lobes);
+    int count = 0;
+    for (int i = 0; lobes && i < scene->material_count; i++) {
+        const struct scene_material *material = &scene->materials[i];
+        bool phong = material->type == MATERIAL_PHONG;
+        const struct scene_scalar *width = phong ? &material->exponent : &material->roughness;
+        if (material->type == MATERIAL_DIFFUSE) continue;
+        for (int k = 0; k < (width->texture == SCENE_NONE ? 1 : RUNGS); k++) {
+            float rung = powf(phong ? 300 : .2f, (float)k / (RUNGS - 1));
+            struct lobe lobe = lobe_of(material->type, width->texture == SCENE_NONE ? width->value : rung);
+            if (direct_resolves(&(struct brdf){.lobe_count = 1, .lobes = {lobe}})) lobes[count++] = lobe;
+        }
+    }
+    struct hsh *hsh = lobes ? hsh_build(lobes, count, HSH_LOSS, HSH_ORDER) : NULL;
+    free(lobes);
+    return hsh;
+}
+
+bool fill_tables(const struct scene *scene, struct fill *fill)
+{
+    fill->tables = mean_brdf_build();
+    if (fill->options.kind == FILL_HSH) fill->hsh = build_hsh(scene);
+    return fill->tables && (fill->options.kind != FILL_HSH || fill->hsh);
+}
+
 bool fill_build(const struct model *model, const struct fill_options *options, struct progress *progress,
                 struct fill *fill, char error[static SCENE_ERROR])
 {
@@ -167,8 +220,7 @@ bool fill_build(const struct model *model, const struct fill_options *options, s
     progress_begin(progress, "diffuse cache", trace_rays(model->trace));
     if (!diffuse_cache_build(model, options->seed, progress, &fill->bounced, error)) return false;
     progress_end(progress, trace_rays(model->trace));
-    fill->tables = mean_brdf_build();
-    if (fill->tables && fill_extend(model, progress, fill, error)) return true;
+    if (fill_tables(model->scene, fill) && fill_extend(model, progress, fill, error)) return true;
     fill_free(fill);
     snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
     return false;
@@ -179,6 +231,7 @@ static void record_cache_free(struct record_cache *cache)
     cache_free(&cache->zones);
     free(cache->records);
     free(cache->eas);
+    free(cache->hsh);
 }
 
 void fill_free(struct fill *fill)
@@ -187,6 +240,7 @@ void fill_free(struct fill *fill)
     record_cache_free(&fill->diffuse);
     record_cache_free(&fill->glossy);
     mean_brdf_free(fill->tables);
+    hsh_free(fill->hsh);
     *fill = (struct fill){0};
 }
 
@@ -197,11 +251,18 @@ uint64_t fill_records(const struct fill *fill)
 
 static size_t record_bytes(const struct record_cache *cache)
 {
-    return cache_bytes(&cache->zones) + cache->zones.count * sizeof *cache->records +
-           cache->eas_count * sizeof *cache->eas;
+    return cache->zones.count * sizeof *cache->records + cache->eas_count * sizeof *cache->eas +
+           cache->hsh_count * sizeof *cache->hsh;
 }
 
 size_t fill_bytes(const struct fill *fill)
 {
-    return diffuse_cache_bytes(&fill->bounced) + record_bytes(&fill->diffuse) + record_bytes(&fill->glossy);
+    return diffuse_cache_bytes(&fill->bounced) + cache_bytes(&fill->diffuse.zones) + record_bytes(&fill->diffuse) +
+           cache_bytes(&fill->glossy.zones) + record_bytes(&fill->glossy);
+}
+
+double fill_bytes_per_record(const struct fill *fill)
+{
+    uint32_t count = fill->glossy.zones.count;
+    return count ? (double)record_bytes(&fill->glossy) / count + sizeof(struct zone) : 0;
 }

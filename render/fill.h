@@ -11,16 +11,20 @@
 
 #include <assert.h>
 
+#include "eas/hsh.h"
 #include "eas/irradiance.h"
 #include "eas/select.h"
 #include "render/diffuse_cache.h"
 
-/* Incident light at zones.zones[i]: irradiance and, in a glossy cache, eas[first_eas .. + eas_count). */
+/* Incident light at zones.zones[i]: irradiance and, in a glossy cache, eas[first_eas .. + eas_count) or
+ * HSH at hsh[first_hsh]. */
 struct record {
     struct irradiance irradiance;
     uint32_t first_eas, eas_count;
+    uint32_t first_hsh;
+    int hsh_order;
 };
-static_assert(sizeof(struct record) == 92, "written to files as it stands");
+static_assert(sizeof(struct record) == 100, "written to files as it stands");
 
 struct record_cache {
     struct cache zones;
@@ -28,12 +32,14 @@ struct record_cache {
     uint32_t record_capacity;
     struct eas *eas;
     uint32_t eas_count, eas_capacity;
+    float *hsh;
+    uint32_t hsh_count, hsh_capacity;
 };
 
 /* What the caches depend on besides the scene. */
 struct fill_options {
-    bool eas;      /* glossy surfaces keep EAS; if not, all keep irradiance alone */
-    bool lamps;    /* records hold direct light, too (the paper's mode) */
+    enum fill_kind { FILL_DIFFUSE, FILL_EAS, FILL_HSH } kind; /* what glossy records hold besides irradiance */
+    bool lamps;                                               /* records hold direct light, too (the paper's mode) */
     bool surfaces; /* records all over the scene, for any camera; if not, where the camera sees */
     uint64_t seed;
 };
@@ -44,6 +50,7 @@ struct fill {
     struct diffuse_cache bounced;
     struct record_cache diffuse, glossy;
     struct mean_brdf *tables;
+    struct hsh *hsh; /* FILL_HSH; else NULL */
 };
 
 /* Makes the caches. Deterministic for any number of threads. False and a sentence where memory runs out; nothing to
@@ -57,10 +64,16 @@ bool fill_extend(const struct model *model, struct progress *progress, struct fi
                  char error[static SCENE_ERROR]);
 void fill_free(struct fill *fill);
 
+/* Fills in the tables that look-ups need, for caches that were read. False: no memory. */
+bool fill_tables(const struct scene *scene, struct fill *fill);
+
 /* Records of both kinds. */
 uint64_t fill_records(const struct fill *fill);
 
 /* Bytes of all caches. */
 size_t fill_bytes(const struct fill *fill);
+
+/* Mean bytes of a glossy record: place, irradiance and its EAS or HSH, without the index. 0: there is none. */
+double fill_bytes_per_record(const struct fill *fill);
 
 #endif

@@ -23,6 +23,7 @@ struct chain {
     struct gathered *out;
     rgb *lamps;    /* what the first ray meets of lamps, or NULL */
     float largest; /* luminance of the largest part of out->mirrored so far: it decides the distance */
+    float power;   /* 2 x the mean curvature of the first hit, 1/m: how it shortens what is seen behind it */
 };
 
 static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb throughput, int depth, float before);
@@ -31,8 +32,9 @@ static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb
 static struct lobe widened(const struct lobe *lobe, float omega)
 {
     struct lobe wide = *lobe;
-    if (lobe->type == LOBE_PHONG) wide.exponent /= 1 + wide.exponent * omega * (1 / (4 * PI));
-    else wide.alpha = sqrtf(sqr(wide.alpha) + omega * (1 / (2 * PI)));
+    wide.exponent /= 1 + wide.exponent * omega * (1 / (4 * PI));
+    wide.alpha_x = sqrtf(sqr(wide.alpha_x) + omega * (1 / (2 * PI)));
+    wide.alpha_y = sqrtf(sqr(wide.alpha_y) + omega * (1 / (2 * PI)));
     return wide;
 }
 
@@ -98,6 +100,14 @@ static bool lamp_light(const struct model *model, const struct point *point, boo
     out->diffuse = scale(out->diffuse, scale_);
     out->specular = scale(out->specular, scale_);
     return true;
+}
+
+/* Distance to the image of what lies `beyond` behind the first hit, itself `before` away. A convex mirror's image is
+ * nearer, 1/s = 1/s' + 2/R (the mean of its two foci); a concave one's is farther, to ten times here: the real image in
+ * front of it is none that a point nearby sees there. */
+static float image_distance(const struct chain *chain, float before, float beyond)
+{
+    return isinf(beyond) && chain->power == 0 ? INFINITY : before + 1 / maxf(1 / beyond + chain->power, .1f / beyond);
 }
 
 /* Adds light that left the first hit: its surface's own at depth 0 with `own`, else mirrored, first sent from
@@ -187,7 +197,8 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
         if (!lamp_light(chain->model, point, averages, chain->rng, &lamp)) continue;
         rgb share = scale(throughput, 1 / (float)shadow_rays);
         add_light(chain, mul(share, lamp.diffuse), own, before);
-        add_light(chain, mul(share, lamp.specular), false, depth == 0 ? before + lamp.distance : before);
+        add_light(chain, mul(share, lamp.specular), false,
+                  depth == 0 ? image_distance(chain, before, lamp.distance) : before);
     }
     if (total <= 0 || rng_float(chain->rng) >= survive) return;
     int pick = rng_float(chain->rng) * total < weights[0] ? 0 : brdf->lobe_count - 1;
@@ -208,7 +219,7 @@ static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb
     if (depth >= MAX_DEPTH) return;
     bool found = trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit), own = depth == 0;
     float length_ = found ? hit.t : INFINITY;
-    if (depth <= 1) before += length_;
+    if (depth <= 1) before = depth == 0 ? length_ : image_distance(chain, before, length_);
     rgb lamps = {0};
     float lamp_distance = INFINITY;
     if (pdf > 0) lamps = lights_radiance_lamps(model->lights, ray.origin, n, ray.dir, length_, pdf, &lamp_distance);
@@ -230,6 +241,8 @@ static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb
     struct point point;
     shade_point(model, ray, &hit, &point);
     if (own) {
+        float steepest;
+        chain->power = point.brdf.lobe_count ? 2 * shade_curvature(model, &point, &steepest) : 0;
         chain->out->distance = hit.t;
         chain->out->normal = point.ng;
     }
@@ -245,7 +258,7 @@ struct gathered gather(const struct model *model, const struct diffuse_cache *ca
                        struct gather_terms *terms)
 {
     struct gathered out = {.mirrored_distance = INFINITY};
-    struct chain chain = {model, cache, rng, terms, &out, NULL, 0};
+    struct chain chain = {model, cache, rng, terms, &out, NULL, 0, 0};
     follow(&chain, ray, ray.dir, 0, vec3(1, 1, 1), 0, 0);
     return out;
 }
@@ -254,7 +267,7 @@ struct gathered gather_all(const struct model *model, const struct diffuse_cache
                            struct rng *rng)
 {
     struct gathered out = {.mirrored_distance = INFINITY};
-    struct chain chain = {model, cache, rng, NULL, &out, NULL, 0};
+    struct chain chain = {model, cache, rng, NULL, &out, NULL, 0, 0};
     follow(&chain, ray, ray.dir, INFINITY, vec3(1, 1, 1), 0, 0);
     return out;
 }
@@ -263,7 +276,7 @@ struct gathered gather_specular(const struct model *model, const struct diffuse_
                                 float pdf, struct rng *rng, rgb *lamps)
 {
     struct gathered out = {.mirrored_distance = INFINITY};
-    struct chain chain = {model, cache, rng, NULL, &out, lamps, 0};
+    struct chain chain = {model, cache, rng, NULL, &out, lamps, 0, 0};
     *lamps = vec3(0, 0, 0);
     follow(&chain, ray, n, pdf, vec3(1, 1, 1), 0, 0);
     return out;

@@ -16,11 +16,8 @@ enum { GATHER_RAYS = 256, MOST_SPLIT = 4, SPREAD_SPLIT = 2, HOT_SPLIT = 3, SEED_
 #define FOCUS_RAYS 128.0f
 #define FOCUS_WIDTHS 1.5f
 #define FOCUS_MARGIN .05f
-/* On curved surfaces the normal turns by this share of the lobe's width at most within a zone. It is measured over so
- * many pixels, and a turn of more than MOST_TURN rad is an edge. */
+/* On curved surfaces the normal turns by this share of the lobe's width at most within a zone. */
 #define CURVED_ZONE 1.0f
-#define CURVATURE_PIXELS 2.0f
-#define MOST_TURN .45f
 /* Records whose zone is this many times the least send four times the rays. */
 #define FINE_ZONE 2.0f
 /* Strata beside ones brighter than HOT times the mean get HOT_SPLIT x HOT_SPLIT rays. */
@@ -35,9 +32,11 @@ static bool reserve(struct record_scratch *scratch, uint32_t strata, uint32_t ra
         free(scratch->all);
         free(scratch->first);
         free(scratch->sides);
+        free(scratch->occlusions);
         scratch->all = malloc(strata * sizeof *scratch->all);
         scratch->first = malloc(strata * sizeof *scratch->first);
         scratch->sides = malloc(strata * sizeof *scratch->sides);
+        scratch->occlusions = malloc(strata * sizeof *scratch->occlusions);
         scratch->strata = strata;
     }
     if (rays > scratch->rays) {
@@ -50,8 +49,8 @@ static bool reserve(struct record_scratch *scratch, uint32_t strata, uint32_t ra
         scratch->rays = rays;
     }
     if (!scratch->eas) scratch->eas = malloc((size_t)SELECT.most * sizeof *scratch->eas);
-    return scratch->all && scratch->first && scratch->sides && scratch->surface && scratch->mirrored &&
-           scratch->infinite && scratch->eas;
+    return scratch->all && scratch->first && scratch->occlusions && scratch->sides && scratch->surface &&
+           scratch->mirrored && scratch->infinite && scratch->eas;
 }
 
 void record_scratch_free(struct record_scratch *scratch)
@@ -62,39 +61,23 @@ void record_scratch_free(struct record_scratch *scratch)
     free(scratch->infinite);
     free(scratch->first);
     free(scratch->sides);
+    free(scratch->occlusions);
     for (int i = 0; i < 3; i++) sample_tree_free(&scratch->trees[i]);
     select_free(&scratch->select);
     free(scratch->eas);
 }
 
-/* How fast the shading normal turns along the surface, rad/m: the largest of four steps of h; edges don't count. */
-static float curvature(const struct model *model, const struct point *point, float h)
-{
-    struct frame frame = frame_about(point->ng);
-    float most = 0;
-    for (int i = 0; i < 4; i++) {
-        float3 side = scale(i & 1 ? frame.b : frame.t, i & 2 ? h : -h), above = mad(add(point->p, side), point->ng, h);
-        struct ray down = {above, scale(point->ng, -1)};
-        struct hit hit;
-        struct point other;
-        if (!trace_closest(model->trace, down.origin, down.dir, 2 * h, &hit) || hit.object != point->object) continue;
-        shade_point(model, down, &hit, &other);
-        float turn = length(sub(other.n, point->n));
-        if (turn < MOST_TURN) most = maxf(most, turn / length(sub(other.p, point->p)));
-    }
-    return most;
-}
-
-/* How a record's hemisphere is sampled: a grid of strata, one ray each; split x split rays in the strata within `cone`
- * of `mirror`, where the viewer's lobes look (Gassenbauer et al. 2009 gather by the views that will ask). */
+/* How a record's hemisphere is sampled: a grid of strata, one ray each; then split x split rays in the strata within
+ * `cone` of `mirror`, where the viewer's lobes look (Gassenbauer et al. 2009 gather by the views that will ask). */
 struct plan {
     struct gather_grid grid;
     struct frame frame;
-    float3 mirror;
-    float most; /* radius of the zone, m */
-    float turn; /* of the mirror direction on the way to the rim where the zone reaches, rad */
-    float cone;
-    int split; /* within the cone */
+    float most;            /* radius of the zone, m */
+    float bend;            /* how fast the normal turns, rad/m */
+    float lobe;            /* half-angle of what a viewer's lobes look at, rad; 0: no lobes */
+    float3 mirror;         /* of the viewer's direction */
+    float turn, cone;      /* of the normal within the zone; half-angle of what all its viewers look at, rad */
+    int split, everywhere; /* rays a side of strata within the cone; factor on those of all strata */
 };
 
 static struct plan plan_gather(const struct model *model, const struct draft *draft, float pixel)
@@ -103,22 +86,31 @@ static struct plan plan_gather(const struct model *model, const struct draft *dr
     struct plan plan = {.grid = gather_grid(GATHER_RAYS),
                         .frame = frame_about(draft->point.n),
                         .mirror = reflect(draft->point.wo, draft->point.n),
-                        .most = MOST_PIXELS * pixel,
-                        .split = 1};
+                        .most = MOST_PIXELS * pixel};
     if (!draft->glossy) return plan;
-    float widest = 0, narrowest = INFINITY, bend = curvature(model, &draft->point, CURVATURE_PIXELS * pixel);
+    float widest = 0, narrowest = INFINITY;
+    shade_curvature(model, &draft->point, &plan.bend);
     for (int i = 0; i < brdf->lobe_count; i++) {
         widest = maxf(widest, lobe_width(&brdf->lobes[i]));
         narrowest = minf(narrowest, lobe_width(&brdf->lobes[i]));
     }
-    plan.most = minf(plan.most, CURVED_ZONE * narrowest / maxf(bend, 1e-6f));
-    plan.turn = 2 * RECORD_STRETCH * bend * plan.most;
-    plan.cone = minf(FOCUS_WIDTHS * widest + FOCUS_MARGIN + plan.turn, PI);
-    float looked_at = FOCUS_WIDTHS * widest + FOCUS_MARGIN,
-          strata = (1 - cosf(looked_at)) * (float)(plan.grid.rows * plan.grid.columns);
-    plan.split = (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, draft->anywhere ? SPREAD_SPLIT : MOST_SPLIT);
-    if (draft->anywhere) plan.cone = plan.turn = PI;
+    plan.lobe = FOCUS_WIDTHS * widest + FOCUS_MARGIN;
+    plan.most = maxf(minf(plan.most, CURVED_ZONE * narrowest / maxf(plan.bend, 1e-6f)), draft->least);
     return plan;
+}
+
+/* Decides on the rays proper, the zone's radius being known but for what they find nearer. A zone of many pixels
+ * deserves more rays than one of a few, whose neighbours average its noise away. */
+static void plan_rays(const struct draft *draft, float radius, struct plan *plan)
+{
+    plan->everywhere = radius > FINE_ZONE * draft->least ? 2 : 1;
+    plan->turn = plan->bend * radius;
+    plan->cone = minf(plan->lobe + 2 * plan->turn, PI);
+    plan->split = 1;
+    if (draft->anywhere) plan->cone = plan->turn = PI;
+    if (plan->lobe <= 0) return;
+    float strata = (1 - cosf(plan->lobe)) * (float)(plan->grid.rows * plan->grid.columns);
+    plan->split = (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, draft->anywhere ? SPREAD_SPLIT : MOST_SPLIT);
 }
 
 /* Sends a ray through a random point of part k of side x side of a stratum. */
@@ -148,12 +140,20 @@ static bool is_hot(const struct gather_sample *all, const struct plan *plan, int
     return false;
 }
 
-/* Sorts a gathered ray's light among the samples that EAS are made of: on surfaces, in mirrors, at infinity. */
-static void sort_sample(const struct gathered *light, float3 dir, float omega, struct record_scratch *scratch,
-                        uint32_t counts[3])
+/* Sorts a gathered ray's light among the samples that EAS are made of: on surfaces, in mirrors, at infinity. `share`:
+ * its part of the stratum's solid angle. */
+static void sort_sample(const struct gathered *light, float3 dir, float omega, float share,
+                        const struct occlusion *occlusion, struct record_scratch *scratch, uint32_t counts[3])
 {
-    struct gather_sample s = {dir, light->distance, light->normal, light->surface, omega};
-    struct gather_sample m = {dir, light->mirrored_distance, scale(dir, -1), light->mirrored, omega};
+    struct gather_sample s = {dir,           light->distance,
+                              light->normal, light->surface,
+                              omega * share, occlusion_uncovered(occlusion, light->distance, omega)};
+    struct gather_sample m = {dir,
+                              light->mirrored_distance,
+                              scale(dir, -1),
+                              light->mirrored,
+                              omega * share,
+                              occlusion_uncovered(occlusion, light->mirrored_distance, omega)};
     if (isinf(s.distance)) scratch->infinite[counts[2]++] = s;
     else scratch->surface[counts[0]++] = s;
     if (is_black(m.radiance)) return;
@@ -161,21 +161,19 @@ static void sort_sample(const struct gathered *light, float3 dir, float omega, s
     else scratch->mirrored[counts[1]++] = m;
 }
 
-/* Into how many parts a side each stratum is split for the rays proper. A zone of many pixels deserves more rays than
- * one of a few, whose neighbours average its noise away. Returns the rays in all. */
-static uint32_t choose_sides(const struct draft *draft, const struct plan *plan, float radius,
-                             struct record_scratch *scratch)
+/* Into how many parts a side each stratum is split for the rays proper. Returns the rays in all. */
+static uint32_t choose_sides(const struct plan *plan, struct record_scratch *scratch)
 {
-    int strata = plan->grid.rows * plan->grid.columns, everywhere = radius > FINE_ZONE * draft->least ? 2 : 1;
+    int strata = plan->grid.rows * plan->grid.columns;
     uint32_t rays = 0;
     float mean = 0;
     for (int i = 0; i < strata; i++) mean += luminance(scratch->all[i].radiance) / (float)strata;
     for (int i = 0; i < strata; i++) {
         int row = i / plan->grid.columns, column = i % plan->grid.columns, side = 1;
         float3 middle = to_world(plan->frame, gather_direction(plan->grid, row, column, .5f, .5f));
-        if (dot(middle, plan->mirror) > cosf(plan->cone)) side = plan->split;
+        if (plan->lobe > 0 && dot(middle, plan->mirror) > cosf(plan->cone)) side = plan->split;
         if (is_hot(scratch->all, plan, i, mean)) side = side > HOT_SPLIT ? side : HOT_SPLIT;
-        side *= everywhere;
+        side *= plan->everywhere;
         scratch->sides[i] = side;
         rays += (uint32_t)(side * side);
     }
@@ -193,9 +191,8 @@ static void choose_eas(const struct mean_brdf *tables, struct draft *draft, cons
             return;
         }
     const struct brdf *brdf = &draft->point.brdf;
-    struct select_place place = {draft->zone.p,   plan->frame,
-                                 draft->point.wo, draft->zone.radius,
-                                 plan->turn / 2,  luminance(mul(brdf->kd, draft->irradiance.e)) / PI};
+    struct select_place place = {draft->zone.p,      plan->frame, draft->point.wo,
+                                 draft->zone.radius, plan->turn,  luminance(mul(brdf->kd, draft->irradiance.e)) / PI};
     uint32_t count = select_eas(scratch->trees, 3, tables, brdf->lobes, brdf->lobe_count, &place, &SELECT,
                                 &scratch->select, scratch->eas);
     draft->failed = count == UINT32_MAX || (count && !(draft->eas = malloc(count * sizeof *draft->eas)));
@@ -204,33 +201,52 @@ static void choose_eas(const struct mean_brdf *tables, struct draft *draft, cons
     for (uint32_t i = 0; i < count; i++) draft->eas[i] = scratch->eas[i];
 }
 
+/* The same samples as HSH. */
+static void project_hsh(const struct hsh *hsh, struct draft *draft, const uint32_t counts[3],
+                        struct record_scratch *scratch)
+{
+    const struct gather_sample *samples[3] = {scratch->surface, scratch->mirrored, scratch->infinite};
+    const struct brdf *brdf = &draft->point.brdf;
+    for (int i = 0; i < brdf->lobe_count; i++) {
+        int order = hsh_order(hsh, &brdf->lobes[i]);
+        draft->hsh_order = order > draft->hsh_order ? order : draft->hsh_order;
+    }
+    draft->hsh = calloc(hsh_floats(draft->hsh_order), sizeof *draft->hsh);
+    draft->failed = !draft->hsh;
+    for (int i = 0; draft->hsh && i < 3; i++)
+        hsh_add(hsh, samples[i], counts[i], draft->zone.n, draft->zone.radius * RECORD_STRETCH, draft->hsh_order,
+                draft->hsh);
+}
+
 void record_make(const struct model *model, const struct diffuse_cache *bounced, const struct mean_brdf *tables,
-                 float pixel, uint64_t seed, uint64_t index, struct record_scratch *scratch, struct draft *draft)
+                 const struct hsh *hsh, float pixel, uint64_t seed, uint64_t index, struct record_scratch *scratch,
+                 struct draft *draft)
 {
     const struct point *point = &draft->point;
     struct rng rng = rng_seed(seed, SEED_RECORD, index);
+    draft->least = LEAST_PIXELS * pixel;
     struct plan plan = plan_gather(model, draft, pixel);
     int strata = plan.grid.rows * plan.grid.columns;
     float omega = 2 * PI / (float)strata, nearest = INFINITY;
     uint32_t counts[3] = {0};
-    draft->least = LEAST_PIXELS * pixel;
     draft->failed = !reserve(scratch, (uint32_t)strata, (uint32_t)strata);
     for (int i = 0; !draft->failed && i < strata; i++) {
         struct gathered *first = &scratch->first[i];
         float3 dir;
         *first = send(model, bounced, draft, &plan, i, 0, 1, &rng, &dir);
-        scratch->all[i] =
-            (struct gather_sample){dir, first->distance, first->normal, add(first->surface, first->mirrored), omega};
+        scratch->all[i] = (struct gather_sample){
+            dir, first->distance, first->normal, add(first->surface, first->mirrored), omega, vec3(0, 0, 0)};
         nearest = minf(nearest, first->distance);
     }
-    draft->failed =
-        draft->failed || !reserve(scratch, (uint32_t)strata, choose_sides(draft, &plan, ZONE_SHARE * nearest, scratch));
+    plan_rays(draft, minf(ZONE_SHARE * nearest, plan.most), &plan);
+    draft->failed = draft->failed || !reserve(scratch, (uint32_t)strata, choose_sides(&plan, scratch));
     if (draft->failed) return;
+    occlusion_of(scratch->all, plan.grid, plan.frame, scratch->occlusions);
     struct gather_sample *all = scratch->all;
     for (int i = 0; i < strata; i++) {
         int side = scratch->sides[i];
         if (side == 1) {
-            sort_sample(&scratch->first[i], all[i].dir, omega, scratch, counts);
+            sort_sample(&scratch->first[i], all[i].dir, omega, 1, &scratch->occlusions[i], scratch, counts);
             continue;
         }
         float share = 1 / (float)(side * side);
@@ -242,7 +258,7 @@ void record_make(const struct model *model, const struct diffuse_cache *bounced,
             all[i].distance = minf(all[i].distance, light.distance);
             sum = add(sum, add(light.surface, light.mirrored));
             direction = add(direction, dir);
-            sort_sample(&light, dir, omega * share, scratch, counts);
+            sort_sample(&light, dir, omega, share, &scratch->occlusions[i], scratch, counts);
         }
         all[i].radiance = scale(sum, share);
         all[i].dir = normalize(direction);
@@ -250,7 +266,8 @@ void record_make(const struct model *model, const struct diffuse_cache *bounced,
     }
     draft->irradiance = irradiance_of(all, plan.grid, plan.frame);
     float radius = minf(ZONE_SHARE * nearest, irradiance_reach(&draft->irradiance));
-    draft->zone = (struct zone){point->p, point->n, clampf(radius, draft->least, maxf(plan.most, draft->least))};
+    draft->zone = (struct zone){point->p, point->n, clampf(radius, draft->least, plan.most)};
     irradiance_limit(&draft->irradiance, draft->zone.radius * RECORD_STRETCH);
-    if (draft->glossy) choose_eas(tables, draft, &plan, counts, scratch);
+    if (draft->glossy && hsh) project_hsh(hsh, draft, counts, scratch);
+    else if (draft->glossy) choose_eas(tables, draft, &plan, counts, scratch);
 }

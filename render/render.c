@@ -49,6 +49,7 @@ static void report(const struct model *model, const struct fill *fill, uint64_t 
     stats->records = fill_records(fill);
     stats->glossy_records = fill->glossy.zones.count;
     stats->eas_per_record = stats->glossy_records ? (double)fill->glossy.eas_count / (double)stats->glossy_records : 0;
+    stats->bytes_per_record = fill_bytes_per_record(fill);
     stats->cache_bytes = fill_bytes(fill);
     stats->diffuse_records = fill->bounced.zones.count;
     progress_begin(progress, "diffuse cache's error", trace_rays(model->trace));
@@ -58,7 +59,9 @@ static void report(const struct model *model, const struct fill *fill, uint64_t 
 
 struct fill_options render_fill(const struct render_options *options)
 {
-    return (struct fill_options){.eas = options->method == RENDER_EAS,
+    return (struct fill_options){.kind = options->method == RENDER_EAS   ? FILL_EAS
+                                         : options->method == RENDER_HSH ? FILL_HSH
+                                                                         : FILL_DIFFUSE,
                                  .lamps = options->lamps_in_records,
                                  .surfaces = options->over_surfaces,
                                  .seed = options->seed};

@@ -77,7 +77,8 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
     }
     ng = normalize(ng);
     n = dot(n, n) > 0 ? normalize(n) : ng;
-    *point = (struct point){.p = p, .wo = scale(ray.dir, -1), .object = hit->object, .material = SCENE_NONE};
+    *point = (struct point){
+        .p = p, .wo = scale(ray.dir, -1), .object = hit->object, .triangle = hit->triangle, .material = SCENE_NONE};
     point->front = dot(ng, point->wo) >= 0;
     point->ng = point->front ? ng : scale(ng, -1);
     point->n = point->front ? n : scale(n, -1);
@@ -98,6 +99,31 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
         uv = (float2){w * a[0] + hit->u * b[0] + hit->v * c[0], w * a[1] + hit->u * b[1] + hit->v * c[1]};
     }
     shade_material(model, &model->scene->materials[point->material], uv, point);
+}
+
+float shade_curvature(const struct model *model, const struct point *point, float *steepest)
+{
+    const struct trace_object *object = &model->objects[point->object];
+    const uint32_t *index = object->triangles->indices + 3 * (size_t)point->triangle;
+    float3 p[3], n[3];
+    for (int i = 0; i < 3; i++) {
+        p[i] = vec_from(object->triangles->positions + 3 * (size_t)index[i]);
+        n[i] = vec_from(object->triangles->normals + 3 * (size_t)index[i]);
+        if (object->instanced) {
+            p[i] = transform_point(object->transform, p[i]);
+            n[i] = normalize(transform_normal(object->transform, n[i]));
+        }
+    }
+    float sum = 0, along = 0;
+    *steepest = 0;
+    for (int i = 0; i < 3; i++) {
+        float3 step = sub(p[(i + 1) % 3], p[i]), turn = sub(n[(i + 1) % 3], n[i]);
+        float d2 = maxf(dot(step, step), 1e-30f);
+        *steepest = maxf(*steepest, sqrtf(dot(turn, turn) / d2));
+        sum += dot(turn, step);
+        along += d2;
+    }
+    return (point->front ? sum : -sum) / along;
 }
 
 rgb shade_direct(const struct model *model, const struct point *point, const float u[static 3], bool mis)

@@ -20,11 +20,20 @@ static float3 direction(float cosine, float phi)
 
 static struct lobe phong(float exponent) { return brdf_phong(vec3(0, 0, 0), vec3(1, 1, 1), exponent).lobes[0]; }
 
-static struct lobe metal(float roughness)
+/* A white metal, longer along its tangent where anisotropic. */
+static struct lobe brushed(float roughness, float anisotropic)
 {
-    return (struct lobe){
-        .type = LOBE_METAL, .weight = {1, 1, 1}, .alpha = roughness * roughness, .f0 = {1, 1, 1}, .f82 = {1, 1, 1}};
+    float2 alpha = ggx_alphas(roughness, anisotropic);
+    return (struct lobe){.type = LOBE_METAL,
+                         .weight = {1, 1, 1},
+                         .alpha_x = alpha.x,
+                         .alpha_y = alpha.y,
+                         .tangent = {0.8f, 0.6f, 0},
+                         .f0 = {1, 1, 1},
+                         .f82 = {1, 1, 1}};
 }
+
+static struct lobe metal(float roughness) { return brushed(roughness, 0); }
 
 static struct brdf principled(float metallic, float roughness, float cos_o)
 {
@@ -128,6 +137,8 @@ static void samples_follow_pdf(void **state)
             check_sampling("Phong", &one, wo);
             one.lobes[0] = metal(roughnesses[k]);
             check_sampling("GGX", &one, wo);
+            one.lobes[0] = brushed(roughnesses[k], 0.8f);
+            check_sampling("anisotropic GGX", &one, wo);
             struct brdf plastic = principled(0.4f, roughnesses[k], cosines[i]);
             assert_int_equal(plastic.lobe_count, 2);
             check_sampling("principled", &plastic, wo);
@@ -179,13 +190,56 @@ static void phong_albedo(void **state)
 static void reciprocity(void **state)
 {
     (void)state;
-    struct lobe lobes[] = {
-        phong(50),
-        metal(0.4f),
-        {.type = LOBE_DIELECTRIC, .weight = {1, 1, 1}, .alpha = 0.1f, .ior = 1.5f, .f0 = {0.04f, 0.04f, 0.04f}}};
+    struct lobe lobes[] = {phong(50),
+                           metal(0.4f),
+                           brushed(0.4f, 0.9f),
+                           {.type = LOBE_DIELECTRIC,
+                            .weight = {1, 1, 1},
+                            .alpha_x = 0.1f,
+                            .alpha_y = 0.1f,
+                            .ior = 1.5f,
+                            .f0 = {0.04f, 0.04f, 0.04f}}};
     float3 a = direction(0.4f, 0.5f), b = direction(0.7f, 3.3f);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 4; i++)
         assert_float_equal(lobe_eval(&lobes[i], N, a, b).x / lobe_eval(&lobes[i], N, b, a).x, 1, 1e-5f);
+}
+
+/* Two alphas: f head-on is D/4 of Heitz 2014 to the half vector, along the tangent and across it; equal ones are the
+ * isotropic lobe; and no more leaves than arrives, by the pdf nor by f. */
+static void two_alphas(void **state)
+{
+    (void)state;
+    struct lobe lobe = brushed(0.5f, 0.8f);
+    float3 along = lobe.tangent, across = cross(N, along);
+    for (int i = 0; i < 5; i++) {
+        float half = 0.1f * (float)i, s2 = sqr(sinf(half)), c2 = sqr(cosf(half)), cos_i = cosf(2 * half);
+        for (int k = 0; k < 2; k++) {
+            float alpha = k ? lobe.alpha_y : lobe.alpha_x;
+            float d = 1 / (PI * lobe.alpha_x * lobe.alpha_y * sqr(s2 / sqr(alpha) + c2));
+            float g2 = 2 / (1 + sqrtf(1 + sqr(alpha * tanf(2 * half))));
+            float3 wi = add(scale(k ? across : along, sinf(2 * half)), scale(N, cos_i));
+            assert_float_equal(lobe_eval(&lobe, N, N, wi).x / (d * g2 / (4 * cos_i)), 1, 1e-4f);
+        }
+    }
+    struct lobe round = metal(0.4f), nearly = round;
+    nearly.alpha_x *= 1.00001f;
+    struct rng rng = rng_seed(8, 9, 10);
+    for (int i = 0; i < 1000; i++) {
+        float u[4] = {rng_float(&rng), rng_float(&rng), rng_float(&rng), rng_float(&rng)}, pdf[2];
+        float3 wo = cosine_direction(N, u), wi = cosine_direction(N, u + 2);
+        float f = ggx_eval(&round, N, wo, wi, &pdf[0]).x;
+        assert_float_equal(ggx_eval(&nearly, N, wo, wi, &pdf[1]).x / f, 1, 1e-3f);
+        assert_float_equal(pdf[1] / pdf[0], 1, 1e-3f);
+    }
+    for (int i = 2; i <= 5; i++) {
+        struct brdf brdf = {.lobe_count = 1, .lobes = {brushed(0.2f * (float)i, 0.9f)}};
+        for (int k = 0; k < 6; k++) {
+            float3 wo = direction(0.15f + 0.16f * (float)k, (float)k);
+            float albedo = albedo_by_grid(&brdf, wo).x;
+            assert_true(albedo < 1.003f);
+            assert_float_equal(albedo_by_samples(&brdf, wo, 20000).x, albedo, 0.01f);
+        }
+    }
 }
 
 static void fresnel_curves(void **state)
@@ -265,8 +319,8 @@ static void narrow_lobes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(samples_follow_pdf), cmocka_unit_test(phong_albedo),
-                                       cmocka_unit_test(reciprocity),        cmocka_unit_test(fresnel_curves),
-                                       cmocka_unit_test(albedo_tables),      cmocka_unit_test(white_furnace),
-                                       cmocka_unit_test(narrow_lobes)};
+                                       cmocka_unit_test(reciprocity),        cmocka_unit_test(two_alphas),
+                                       cmocka_unit_test(fresnel_curves),     cmocka_unit_test(albedo_tables),
+                                       cmocka_unit_test(white_furnace),      cmocka_unit_test(narrow_lobes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -11,9 +11,9 @@
 #include "render/rng.h"
 #include "tests/stage.h"
 
-enum { ZONES = 100, EAS = 5 * ZONES, SIZE = 8, HASH = 77 };
+enum { ZONES = 100, EAS = 5 * ZONES, HSH = 161, SIZE = 8, HASH = 77 };
 static const char path[] = "build/cache_file_test.tmp";
-static const struct fill_options options = {.eas = true, .seed = 3};
+static const struct fill_options options = {.kind = FILL_EAS, .seed = 3};
 
 static float3 spread(struct rng *rng) { return vec3(rng_float(rng) - .5f, rng_float(rng) - .5f, rng_float(rng) - .5f); }
 
@@ -31,9 +31,11 @@ static void add_records(struct record_cache *cache, uint32_t eas_count, struct r
     add_zones(&cache->zones, rng);
     cache->records = calloc(ZONES, sizeof *cache->records);
     cache->eas = calloc(eas_count + 1, sizeof *cache->eas);
+    cache->hsh = calloc(HSH, sizeof *cache->hsh);
+    cache->hsh_count = eas_count ? HSH : 0;
     cache->eas_count = eas_count;
     for (uint32_t i = 0; i < ZONES; i++)
-        cache->records[i] = (struct record){{.e = {1, 2, 3}}, i * (eas_count / ZONES), eas_count / ZONES};
+        cache->records[i] = (struct record){{.e = {1, 2, 3}}, i * (eas_count / ZONES), eas_count / ZONES, 0, 0};
     for (uint32_t i = 0; i < eas_count; i++)
         cache->eas[i] =
             eas_make(vec3(0, 0, -2), mad(vec3(0, 0, 1), spread(rng), 2), spread(rng), vec3(1, 2, 3), .1f, i % 3 == 0);
@@ -144,9 +146,10 @@ static void says_what_differs(void **state)
     char error[SCENE_ERROR];
     assert_true(cache_file_write(path, HASH, &s->scene, &fill, error));
     refuse(HASH + 1, options, s, "another scene");
-    refuse(HASH, (struct fill_options){.eas = false, .seed = 3}, s, "made with --method eas, expected hybrid");
-    refuse(HASH, (struct fill_options){.eas = true, .lamps = true, .seed = 3}, s, "--records indirect, expected all");
-    refuse(HASH, (struct fill_options){.eas = true, .seed = 4}, s, "--seed 3, expected 4");
+    refuse(HASH, (struct fill_options){.kind = FILL_DIFFUSE, .seed = 3}, s, "made with --method eas, expected hybrid");
+    refuse(HASH, (struct fill_options){.kind = FILL_EAS, .lamps = true, .seed = 3}, s,
+           "--records indirect, expected all");
+    refuse(HASH, (struct fill_options){.kind = FILL_EAS, .seed = 4}, s, "--seed 3, expected 4");
 
     s->scene.camera.transform[3] += 1;
     s->materials[0].exponent.value = 59;
@@ -218,6 +221,9 @@ static void refuses_what_cannot_be(void **state)
     record->first_eas = 83;
     record->eas_count = 391;
     record->irradiance.translation[2].y = .765f;
+    record->first_hsh = 17;
+    record->hsh_order = 4; /* 144 floats */
+    fill.glossy.hsh[30] = .654f;
     near->area = .111f;
     near->radiance.y = 2.22f;
     far->position = vec3(0, .352f, .936f);
@@ -229,13 +235,14 @@ static void refuses_what_cannot_be(void **state)
     char *bytes = slurp(&size);
     const struct {
         float was, now;
-    } floats[] = {{1.25f, .9f},      {1.25f, 5},   {1.25f, NAN},   {.123f, INFINITY}, {.123f, 1e16f},
-                  {.28f, .5f},       {.321f, 0},   {.321f, -.3f},  {.321f, 1.5e-8f},  {.321f, 1e10f},
-                  {.321f, NAN},      {.543f, NAN}, {.765f, 1e20f}, {.111f, -.1f},     {.111f, NAN},
-                  {2.22f, INFINITY}, {.352f, .5f}, {.333f, 6.4f},  {.936f, 1e30f},    {-.0f, 1}};
+    } floats[] = {{1.25f, .9f},   {1.25f, 5},    {1.25f, NAN},     {.123f, INFINITY}, {.123f, 1e16f}, {.28f, .5f},
+                  {.321f, 0},     {.321f, -.3f}, {.321f, 1.5e-8f}, {.321f, 1e10f},    {.321f, NAN},   {.543f, NAN},
+                  {.765f, 1e20f}, {.111f, -.1f}, {.111f, NAN},     {2.22f, INFINITY}, {.352f, .5f},   {.333f, 6.4f},
+                  {.936f, 1e30f}, {-.0f, 1},     {.654f, NAN}};
     const struct {
         uint32_t was, now;
-    } words[] = {{391, 418}, {391, UINT32_MAX}, {83, 110}, {83, UINT32_MAX}};
+    } words[] = {{391, 418}, {391, UINT32_MAX}, {83, 110}, {83, UINT32_MAX}, {17, 18}, {17, UINT32_MAX},
+                 {4, 5},     {4, UINT32_MAX},   {4, 1000}};
     const int float_count = sizeof floats / sizeof *floats, word_count = sizeof words / sizeof *words;
     for (int i = 0; i < float_count + word_count; i++) {
         const void *was = i < float_count ? (const void *)&floats[i].was : &words[i - float_count].was;

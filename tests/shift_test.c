@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <cmocka.h>
 
-#include "eas/irradiance.h"
+#include "eas/occlusion.h"
 #include "eas/select.h"
 #include "render/gather.h"
 #include "tests/stage.h"
@@ -96,8 +96,10 @@ static void gather_samples(const struct room *room, float3 p, int rays, uint64_t
         float3 dir = to_world(frame, gather_direction(grid, i / grid.columns, i % grid.columns, u, v));
         struct ray ray = {trace_offset(p, NORMAL), dir};
         struct gathered light = gather(&room->model, &room->cache, ray, &rng, NULL);
-        out->surface[i] = (struct gather_sample){dir, light.distance, light.normal, light.surface, omega};
-        out->mirrored[i] = (struct gather_sample){dir, light.mirrored_distance, scale(dir, -1), light.mirrored, omega};
+        out->surface[i] =
+            (struct gather_sample){dir, light.distance, light.normal, light.surface, omega, vec3(0, 0, 0)};
+        out->mirrored[i] =
+            (struct gather_sample){dir, light.mirrored_distance, scale(dir, -1), light.mirrored, omega, vec3(0, 0, 0)};
     }
 }
 
@@ -128,8 +130,9 @@ static double reflected(const struct samples *samples, const struct lobe *lobe, 
 }
 
 /* The ways to see a record from elsewhere. */
-enum { STAY, PINNED, TRANSLATED, WAYS };
-static const char *const names[WAYS] = {"not moved", "pinned to what was hit (the paper)", "mirrors' images apart"};
+enum { STAY, PINNED, IMAGES, TRANSLATED, WAYS };
+static const char *const names[WAYS] = {"not moved", "pinned to what was hit (the paper)", "mirrors' images apart",
+                                        "with the visibility gradient"};
 
 static void choose(const struct room *room, struct samples *samples, const struct brdf *brdf, int way, struct eas *eas,
                    uint32_t *count)
@@ -140,21 +143,29 @@ static void choose(const struct room *room, struct samples *samples, const struc
     struct sample_tree trees[2] = {{0}};
     struct gather_sample *surface = malloc(2 * samples->count * sizeof *surface), *mirrored = surface + samples->count;
     uint32_t mirrored_count = 0;
+    struct gather_grid grid = gather_grid(RECORD_RAYS);
+    struct occlusion *occlusions = malloc(samples->count * sizeof *occlusions);
+    occlusion_of(samples->surface, grid, frame, occlusions);
     for (uint32_t i = 0; i < samples->count; i++) {
         surface[i] = samples->surface[i];
-        if (way != TRANSLATED) surface[i].radiance = add(surface[i].radiance, samples->mirrored[i].radiance);
+        if (way < IMAGES) surface[i].radiance = add(surface[i].radiance, samples->mirrored[i].radiance);
         if (way == STAY) surface[i].distance = INFINITY;
-        if (!is_black(samples->mirrored[i].radiance)) mirrored[mirrored_count++] = samples->mirrored[i];
+        if (way == TRANSLATED)
+            surface[i].uncovered = occlusion_uncovered(&occlusions[i], surface[i].distance, surface[i].omega);
+        if (is_black(samples->mirrored[i].radiance)) continue;
+        struct gather_sample *m = &mirrored[mirrored_count++];
+        *m = samples->mirrored[i];
+        if (way == TRANSLATED) m->uncovered = occlusion_uncovered(&occlusions[i], m->distance, m->omega);
     }
     assert_true(sample_tree_build(&trees[0], surface, samples->count, RECORD, frame));
     assert_true(sample_tree_build(&trees[1], mirrored, mirrored_count, RECORD, frame));
     struct select_place place = {RECORD, frame, viewer(40), way == STAY ? 0 : SHIFT, 0, 0};
-    *count =
-        select_eas(trees, way == TRANSLATED ? 2 : 1, room->tables, brdf->lobes, 1, &place, &options, &scratch, eas);
+    *count = select_eas(trees, way >= IMAGES ? 2 : 1, room->tables, brdf->lobes, 1, &place, &options, &scratch, eas);
     assert_true(*count > 0 && *count < UINT32_MAX);
     select_free(&scratch);
     for (int i = 0; i < 2; i++) sample_tree_free(&trees[i]);
     free(surface);
+    free(occlusions);
 }
 
 static void shift(void **state)

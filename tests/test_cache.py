@@ -37,7 +37,7 @@ def render(program, scene, folder, *arguments, cache):
     return out.read_bytes(), json.loads((folder / "out.json").read_text()), result.stderr
 
 
-@pytest.mark.parametrize("method", ("eas", "hybrid"))
+@pytest.mark.parametrize("method", ("eas", "hsh", "hybrid"))
 def test_from_a_file_the_bytes_are_those_of_a_fresh_picture(burnish, cornell, tmp_path, method):
     fresh, pictures, files = tmp_path / "fresh.exr", [], []
     burnish("render", cornell, "-o", fresh, "--method", method, *SMALL, "--threads", 2, check=0)
@@ -63,7 +63,8 @@ def refused(program, scene, out, cache, *arguments):
 
 @pytest.mark.parametrize("arguments,words", [
     (("--method", "hybrid"), "--method eas, expected hybrid"), (("--seed", 7), "--seed 0, expected 7"),
-    (("--records", "all"), "--records indirect, expected all")])
+    (("--records", "all"), "--records indirect, expected all"),
+    (("--fill", "surfaces"), "--fill camera, expected surfaces")])
 def test_other_options_are_refused(sanitized, cornell, cached, tmp_path, arguments, words):
     assert words in refused(sanitized, cornell, tmp_path / "b.exr", cached / "a.cache", *arguments)
 

@@ -38,7 +38,7 @@ def test_stages_know_only_what_comes_before_them(folder, forbidden):
 
 
 @pytest.mark.parametrize("library,only", [("embree", "render/trace.c"), ("opensubdiv", "import/subdivide.cpp"),
-                                          ("OpenImageIO", "render/image.cpp")])
+                                          ("OpenImageIO", "render/image.cpp"), ("nlopt", "eas/lobe_fit.c")])
 def test_each_library_is_seen_by_one_file(library, only):
     seen = {path for path in sources("import", "eas", "render", "tests", endings=(".c", ".h", ".cpp"))
             for name in includes(path) if name.startswith(library)}

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-METHODS = ("eas", "hybrid", "path")
+METHODS = ("eas", "hsh", "hybrid", "path")
 
 
 def sentence(result, code):
@@ -30,7 +30,8 @@ def sentence(result, code):
     ("render s -o a.exr --size 9x9x9", "'9x9x9'"), ("render s -o a.exr --size 1x99999", "32768"),
     ("render s -o a.exr --set", "--set"), ("render s -o a.exr --method magic", "'magic'"),
     ("render s -o a.exr --fast", "--fast"), ("render s -o a.exr --records some", "'some'"),
-    ("render s -o a.exr --method path --records all", "--records"),
+    ("render s -o a.exr --method path --records all", "--records"), ("render s -o a.exr --fill in", "'in'"),
+    ("render s -o a.exr --method path --fill surfaces", "--fill"),
     ("render s -o a.exr --method path --cache c", "--cache"),
     ("compare a.exr", "two pictures"), ("compare a b c", "'c'"), ("compare a b --difference d.exr", ".png")])
 def test_wrong_usage_exits_2(sanitized, arguments, word):
@@ -160,6 +161,7 @@ def test_stats_and_channels(burnish, cornell, tmp_path, method):
     assert 0.5 * numbers["rays"] <= sum(stage["rays"] for stage in numbers["stages"]) <= numbers["rays"]
     assert (numbers["records"] > 0) == (numbers["cache_bytes"] > 0) == (method != "path")
     assert (numbers["eas_per_record"] > 1) == (method == "eas")
+    assert (numbers["bytes_per_record"] > 500) == (method in ("eas", "hsh"))
     header = out.read_bytes()[:4096]
     assert method.encode() in header and b"threads" not in header
     layers = ["Combined.R", "Direct.G", "Indirect.B", "Emission.R", "Albedo.G", "Normal.X", "Depth.Z"]
