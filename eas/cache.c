@@ -7,6 +7,8 @@
 /* Normals may differ by 26 degrees; the offset from the record's plane may be a third of the radius. */
 #define NORMAL_COSINE .9f
 #define PLANE_OFFSET .33f
+/* Neighbour clamping ends where normals differ by more than 120 degrees. */
+#define OPPOSITE_COSINE (-.5f)
 
 enum { LEVEL_BIAS = 32 };
 #define NO_ENTRY UINT32_MAX
@@ -160,15 +162,20 @@ static float weight_of(const struct zone *zone, float3 p, float3 n, float stretc
     return near * near * alike + 1e-12f;
 }
 
+/* Whether two zones may bear on each other: not on the two sides of a wall. */
+static bool are_neighbours(const struct zone *a, const struct zone *b) { return dot(a->n, b->n) > OPPOSITE_COSINE; }
+
 bool cache_insert(struct cache *cache, struct zone zone, float least)
 {
     uint32_t other, record = cache->count;
     if (!grow(&cache->zones, &cache->capacity, cache->count, sizeof *cache->zones)) return false;
     for (struct probe probe = probe_begin(cache); probe_next(cache, zone.p, &probe, &other);) {
+        if (!are_neighbours(&zone, &cache->zones[other])) continue;
         float distance = length(sub(cache->zones[other].p, zone.p));
         zone.radius = maxf(minf(zone.radius, cache->zones[other].radius + distance), least);
     }
     for (struct probe probe = probe_begin(cache); probe_next(cache, zone.p, &probe, &other);) {
+        if (!are_neighbours(&zone, &cache->zones[other])) continue;
         float distance = length(sub(cache->zones[other].p, zone.p));
         /* Its place in the index stays: the index may only be too wide. */
         cache->zones[other].radius = minf(cache->zones[other].radius, zone.radius + distance);
@@ -176,6 +183,17 @@ bool cache_insert(struct cache *cache, struct zone zone, float least)
     cache->zones[record] = zone;
     cache->count++;
     return index_record(cache, record, zone);
+}
+
+bool cache_reindex(struct cache *cache)
+{
+    free(cache->buckets);
+    cache->buckets = NULL;
+    cache->bucket_count = cache->entry_count = 0;
+    cache->levels = 0;
+    for (uint32_t i = 0; i < cache->count; i++)
+        if (!index_record(cache, i, cache->zones[i])) return false;
+    return true;
 }
 
 int cache_find(const struct cache *cache, float3 p, float3 n, struct cache_match matches[static CACHE_MATCHES])

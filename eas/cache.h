@@ -42,9 +42,15 @@ struct cache cache_empty(float stretch);
 void cache_free(struct cache *cache);
 
 /* Adds a record; its number is cache->count before the call. Neighbour clamping (Křivánek 2008): its radius and those
- * of the records in whose reach it lies are reduced so that r_i <= r_j + |p_i - p_j|; its own never below `least`.
+ * of the records in whose reach it lies, but on the other side of a wall, are reduced so that r_i <= r_j + |p_i - p_j|;
+ * its own never below `least`.
  * False: no memory. */
 bool cache_insert(struct cache *cache, struct zone zone, float least);
+
+/* Indexes all records anew by their zones as they are, which clamping has made smaller since: look-ups get faster, and
+ * their order depends on the zones alone, so that a cache made of stored zones gives the same bytes as the one that was
+ * stored. False: no memory. */
+bool cache_reindex(struct cache *cache);
 
 /* The records usable at p with unit normal n, at most CACHE_MATCHES: those of largest weight. Tests, in the order of
  * cost: within `stretch` radii; within the plane of the record or nearly so; normals alike. Returns how many. */

@@ -7,6 +7,7 @@
 #ifndef EAS_EAS_H
 #define EAS_EAS_H
 
+#include <assert.h>
 #include <stdint.h>
 
 #include "eas/mean_brdf.h"
@@ -16,10 +17,11 @@ struct eas {
     float3 normal;   /* unit, on the record's side; 0 at infinity */
     float area;      /* at infinity: solid angle, sr. Else d^2 tan^2(theta_c)/cos(alpha): its disc's area over pi, m2 */
     float visible;   /* share of the solid angle that is seen from x: visible + uncovered.x, 1 at its record */
-    float3 uncovered; /* 1/m: the visibility gradient (occlusion.h) */
-    rgb radiance;     /* mean over the group */
-    bool infinite;
+    float3 uncovered;  /* 1/m: the visibility gradient (occlusion.h) */
+    rgb radiance;      /* mean over the group */
+    uint32_t infinite; /* 0 or 1; no bool, so that there is no padding */
 };
+static_assert(sizeof(struct eas) == 60, "written to files as it stands");
 
 #define EAS_GRAZING .1f
 /* The widest disc, tan(87 deg): a disc cannot fill the hemisphere. */

@@ -74,7 +74,7 @@ float irradiance_reach(const struct irradiance *irradiance)
 {
     float3 slope = add(add(scale(irradiance->translation[0], .2126f), scale(irradiance->translation[1], .7152f)),
                        scale(irradiance->translation[2], .0722f));
-    return luminance(irradiance->e) / maxf(length(slope), 1e-20f);
+    return dot(slope, slope) > 0 ? luminance(irradiance->e) / length(slope) : INFINITY;
 }
 
 void irradiance_limit(struct irradiance *irradiance, float radius)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eas/sample_tree.h"
 
-#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -43,8 +42,11 @@ static struct cell child_cell(struct cell cell, uint32_t child)
                          child & 2 ? cell.phi1 : phi, false};
 }
 
+/* Luminance below which light is as good as none, W/m2/sr: squares of smaller weights would vanish. */
+#define DARK 1e-12f
+
 /* The EAS of a set of samples: means of position and normal weighed by luminance x solid angle, by solid angle where
- * all is black, or as good as. */
+ * all is dark. */
 static struct eas summarise(const struct gather_sample *samples, const struct tree_entry *entries, uint32_t count,
                             float3 origin)
 {
@@ -66,7 +68,7 @@ static struct eas summarise(const struct gather_sample *samples, const struct tr
         uncovered = mad(uncovered, s->uncovered, s->omega);
         power = mad(power, s->radiance, s->omega);
     }
-    int k = weight[0] >= FLT_MIN ? 0 : 1; /* below it 1 / weight overflows */
+    int k = weight[0] > DARK * omega ? 0 : 1;
     struct eas eas =
         eas_make(origin, scale(position[k], 1 / weight[k]), normal[k], scale(power, 1 / omega), omega, infinite);
     eas.uncovered = scale(uncovered, 1 / omega);

@@ -203,9 +203,29 @@ bool scene_read(const char *folder, struct scene *scene, char error[SCENE_ERROR]
     return !file.failed;
 }
 
+/* Moves the camera by "X,Y,Z". */
+static bool shift_camera(struct scene_camera *camera, const char *text, char error[SCENE_ERROR])
+{
+    float shift[3];
+    const char *at = text;
+    for (int i = 0; i < 3; i++) {
+        char *end;
+        shift[i] = strtof(at, &end);
+        if (end == at || *end != (i < 2 ? ',' : '\0') || !isfinite(shift[i])) {
+            snprintf(error, SCENE_ERROR, "camera/shift: found '%.80s', expected three numbers X,Y,Z", text);
+            return false;
+        }
+        at = end + 1;
+    }
+    for (int i = 0; i < 3; i++) camera->transform[4 * i + 3] += shift[i];
+    return true;
+}
+
 bool scene_set(struct scene *scene, const char *assignment, char error[SCENE_ERROR])
 {
-    static const char folder[] = "materials/";
+    static const char folder[] = "materials/", camera[] = "camera/shift=";
+    if (strncmp(assignment, camera, sizeof camera - 1) == 0)
+        return shift_camera(&scene->camera, assignment + sizeof camera - 1, error);
     static const struct {
         const char *name;
         enum material_type type;
@@ -215,7 +235,8 @@ bool scene_set(struct scene *scene, const char *assignment, char error[SCENE_ERR
     while (slash && slash > assignment && *slash != '/') slash--;
     size_t start = sizeof folder - 1;
     if (strncmp(assignment, folder, start) != 0 || !slash || slash < assignment + start) {
-        snprintf(error, SCENE_ERROR, "%.200s: expected materials/NAME/exponent=VALUE or materials/NAME/roughness=VALUE",
+        snprintf(error, SCENE_ERROR,
+                 "%.200s: expected materials/NAME/exponent=VALUE, materials/NAME/roughness=VALUE or camera/shift=X,Y,Z",
                  assignment);
         return false;
     }

@@ -17,7 +17,7 @@ enum { SHADOW_RAYS = 4, SKY_RAYS = 8 };
 bool cached_prepare(const struct model *model, const struct fill *fill, int spp, uint64_t seed, struct cached *cached)
 {
     *cached = (struct cached){.model = model, .fill = fill, .spp = spp, .seed = seed};
-    return direct_prepare(model, fill->tables, &cached->direct);
+    return direct_prepare(model, fill->tables, fill->options.lamps, &cached->direct);
 }
 
 void cached_free(struct cached *cached) { direct_free(&cached->direct); }
@@ -25,7 +25,7 @@ void cached_free(struct cached *cached) { direct_free(&cached->direct); }
 /* Whether the point's lobes are taken from records; if not, they are traced. */
 static bool caches_lobes(const struct cached *cached, const struct point *point)
 {
-    return cached->fill->kind != FILL_DIFFUSE && point->brdf.lobe_count > 0 && direct_resolves(&point->brdf);
+    return cached->fill->options.kind != FILL_DIFFUSE && point->brdf.lobe_count > 0 && direct_resolves(&point->brdf);
 }
 
 /* Points of a pixel that are alike; sums until it is looked up. */
@@ -79,6 +79,15 @@ static rgb record_colour(uint32_t record)
                 .2f + .8f * (float)(h >> 16 & 255) / 255);
 }
 
+/* Light that bounced, and that of lamps where records hold it. */
+static rgb traced(const struct cached *cached, struct ray ray, struct rng *rng)
+{
+    const struct diffuse_cache *bounced = &cached->fill->bounced;
+    struct gathered light = cached->fill->options.lamps ? gather_all(cached->model, bounced, ray, rng)
+                                                        : gather(cached->model, bounced, ray, rng, NULL);
+    return add(light.surface, light.mirrored);
+}
+
 /* Light of the lobes by one traced ray each, u two numbers in [0, 1). *lamps, where it isn't NULL: what lamps send
  * directly, with the MIS weight against direct_sample. */
 static rgb traced_lobes(const struct cached *cached, const struct point *point, float2 u, rgb *lamps, struct rng *rng)
@@ -90,11 +99,13 @@ static rgb traced_lobes(const struct cached *cached, const struct point *point, 
         rgb weight = lobe_sample(&point->brdf.lobes[i], point->n, point->wo, v, &wi, &pdf);
         if (is_black(weight) || dot(wi, point->ng) <= 0) continue;
         struct ray ray = {point->origin, wi};
-        const struct diffuse_cache *bounced = &cached->fill->bounced;
-        struct gathered light = lamps ? gather_specular(cached->model, bounced, ray, point->n, pdf, rng, &lamp)
-                                      : gather(cached->model, bounced, ray, rng, NULL);
+        if (!lamps) {
+            sum = add(sum, mul(weight, traced(cached, ray, rng)));
+            continue;
+        }
+        struct gathered light = gather_specular(cached->model, &cached->fill->bounced, ray, point->n, pdf, rng, &lamp);
         sum = add(sum, mul(weight, add(light.surface, light.mirrored)));
-        if (lamps) *lamps = add(*lamps, mul(weight, lamp));
+        *lamps = add(*lamps, mul(weight, lamp));
     }
     return sum;
 }
@@ -107,9 +118,7 @@ static rgb traced_indirect(const struct cached *cached, const struct point *poin
         float u[2] = {rng_float(rng), rng_float(rng)};
         float3 dir = cosine_direction(point->n, u);
         if (dot(dir, point->ng) > 0) {
-            struct gathered light =
-                gather(cached->model, &cached->fill->bounced, (struct ray){point->origin, dir}, rng, NULL);
-            sum = mul(point->brdf.kd, add(light.surface, light.mirrored));
+            sum = mul(point->brdf.kd, traced(cached, (struct ray){point->origin, dir}, rng));
         }
     }
     return add(sum, traced_lobes(cached, point, (float2){rng_float(rng), rng_float(rng)}, NULL, rng));

@@ -111,7 +111,7 @@ static bool place_records(const struct model *model, struct place *places, uint6
             if (!cache_insert(zones, (struct zone){place->p, place->n, radii[i]}, radii[i] * .25f)) return false;
         }
     }
-    return true;
+    return cache_reindex(zones);
 }
 
 /* What a record receives: a constant and a share of other records. */

@@ -20,6 +20,9 @@ enum { MOST_RAYS = 128, REFINE = 4 };
 /* A lamp that fills more of what a point sees, sr, has cells that are too wide. */
 #define MOST_SOLID_ANGLE 1.0f
 
+/* Light that is as good as none, W/m2/sr: it has no reciprocal. */
+#define DARK 1e-20f
+
 bool direct_resolves(const struct brdf *brdf)
 {
     for (int i = 0; i < brdf->lobe_count; i++)
@@ -30,6 +33,7 @@ bool direct_resolves(const struct brdf *brdf)
 bool direct_averages(const struct direct *direct, const struct point *point)
 {
     if (point->brdf.lobe_count == 0) return true; /* nothing to average, and no lamp to look at for it */
+    if (direct->points_only) return true;
     return direct_resolves(&point->brdf) && lights_widest(direct->model->lights, point->origin) < MOST_SOLID_ANGLE;
 }
 
@@ -60,9 +64,11 @@ static struct cell lamp_cell(const struct lights *lights, const struct point *po
     return (struct cell){light.wi, omega, scale(light.weight, 1 / (float)CELLS)};
 }
 
-bool direct_prepare(const struct model *model, const struct mean_brdf *tables, struct direct *direct)
+bool direct_prepare(const struct model *model, const struct mean_brdf *tables, bool points_only, struct direct *direct)
 {
-    *direct = (struct direct){.model = model, .tables = tables};
+    *direct = (struct direct){.model = model, .tables = tables, .points_only = points_only};
+    direct->idle = points_only && !lights_any_points(model->lights);
+    if (points_only) return true;
     struct environment_cell *sky = malloc(SKY_CELLS * sizeof *sky);
     direct->sky_count = sky ? lights_cells(model->lights, SKY_CELLS, sky) : -1;
     if (direct->sky_count > 0) direct->sky = sky;
@@ -107,7 +113,8 @@ rgb direct_sample(const struct direct *direct, const struct point *point, const 
     struct light_sample light;
     rgb sum = {0};
     if ((direct->sky || is_black(brdf->kd)) && (averages || brdf->lobe_count == 0)) return sum;
-    if (!lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sum;
+    if (direct->idle || !lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sum;
+    if (direct->points_only && light.pdf > 0) return sum;
     float cosine = dot(light.wi, point->n);
     if (cosine <= 0 || dot(light.wi, point->ng) <= 0) return sum;
     if (!direct->sky) sum = scale(mul(light.weight, brdf->kd), cosine / PI);
@@ -214,7 +221,7 @@ rgb direct_light(const struct direct *direct, const struct point *point, bool av
     float sum = 0, passed[MOST_CELLS + 1];
     int cell_count = direct->sky ? direct->sky_count : CELLS;
     averages = averages && point->brdf.lobe_count > 0;
-    if (!averages && is_black(diffuse)) return total;
+    if (direct->idle || (!averages && is_black(diffuse))) return total;
     prepare_lobes(direct, point, lobes);
     for (int i = 0; i < cell_count; i++) {
         f_cos[i] = vec3(0, 0, 0);
@@ -225,6 +232,7 @@ rgb direct_light(const struct direct *direct, const struct point *point, bool av
             cells[i] = (struct cell){sky->wi, 4 * PI * (1 - sky->spread), sky->flux};
         } else {
             cells[i] = lamp_cell(direct->model->lights, point, i);
+            if (direct->points_only && cells[i].omega > 0) cells[i].weight = vec3(0, 0, 0);
         }
     }
     if (averages) add_lobes(&point->brdf, lobes, cells, cell_count, f_cos);

@@ -20,10 +20,11 @@ struct direct {
     /* The cells where they are the same for all points: an environment and no other lamp. Else NULL. */
     struct environment_cell *sky;
     int sky_count;
+    bool points_only, idle; /* lamps that rays can hit are in the records; idle: there are no others */
 };
 
-/* Borrows model and tables. False: no memory. */
-bool direct_prepare(const struct model *model, const struct mean_brdf *tables, struct direct *direct);
+/* Borrows model and tables. points_only: leaves out all that a ray can hit. False: no memory. */
+bool direct_prepare(const struct model *model, const struct mean_brdf *tables, bool points_only, struct direct *direct);
 void direct_free(struct direct *direct);
 
 /* Whether cells of lamps and gather rays resolve all lobes of a reflectance: none is narrower than that of about n =

@@ -8,8 +8,14 @@
 #include "eas/ggx.h"
 #include "render/direct.h"
 #include "render/record.h"
+#include "render/surfaces.h"
 
-enum { FIRST_ROUND = 64 };
+/* Places over all surfaces: no more than so many, and enough once less than UNCOVERED of a large round want records. */
+enum { FIRST_ROUND = 64, LEAST_LAST_ROUND = 1024, MOST_PLACES = 1 << 24 };
+#define UNCOVERED .001f
+
+/* What stands for a pixel's width where there is no camera, in radii of the scene. */
+#define SURFACE_PIXEL (1 / 256.0f)
 
 /* Each round looks at this share more pixels than all before. */
 #define ROUND_GROWTH .2f
@@ -40,21 +46,35 @@ static bool insert(struct record_cache *cache, const struct draft *draft)
     return cache_insert(&cache->zones, draft->zone, draft->least);
 }
 
-/* What the camera sees at a pixel's centre, and whether a record is wanted there. */
-static void look(const struct model *model, const struct fill *fill, uint32_t pixel, struct draft *draft)
+/* Where records may be wanted, in order: pixels, or points on all surfaces. */
+struct places {
+    uint32_t *pixels; /* or NULL */
+    uint32_t count;
+    struct surfaces surfaces;
+};
+
+/* The point at a place, seen by the camera or from anywhere, and whether a record is wanted there. */
+static void look(const struct model *model, const struct fill *fill, const struct places *places, uint32_t place,
+                 struct draft *draft)
 {
-    const struct scene_camera *camera = &model->scene->camera;
-    int x = (int)pixel % camera->width, y = (int)pixel / camera->width;
-    struct ray ray = camera_ray(camera, (float)x + .5f, (float)y + .5f);
-    struct hit hit;
-    *draft = (struct draft){0};
-    if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
-    shade_point(model, ray, &hit, &draft->point);
+    *draft = (struct draft){.lamps = fill->options.lamps, .anywhere = !places->pixels};
+    if (places->pixels) {
+        const struct scene_camera *camera = &model->scene->camera;
+        uint32_t pixel = places->pixels[place];
+        int x = (int)pixel % camera->width, y = (int)pixel / camera->width;
+        struct ray ray = camera_ray(camera, (float)x + .5f, (float)y + .5f);
+        struct hit hit;
+        if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
+        shade_point(model, ray, &hit, &draft->point);
+    } else if (!surfaces_point(&places->surfaces, place, &draft->point)) {
+        return;
+    }
     draft->glossy =
-        fill->kind != FILL_DIFFUSE && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
+        fill->options.kind != FILL_DIFFUSE && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
     if (!draft->glossy && is_black(draft->point.brdf.kd)) return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;
-    draft->wanted = !cache_covers(&cache->zones, draft->point.p, draft->point.n);
+    draft->wanted = !cache_covers(&cache->zones, draft->point.p, draft->point.n) &&
+                    (places->pixels || surfaces_open(&places->surfaces, &draft->point, fill->options.seed, place));
 }
 
 /* Pixels from coarse to fine: x and y from the interleaved bits of a counter, the lowest bits first. */
@@ -74,46 +94,85 @@ static uint32_t *coarse_to_fine(int width, int height)
     return order;
 }
 
-static bool fill_records(const struct model *model, uint64_t seed, struct progress *progress, struct fill *fill)
+static bool find_places(const struct model *model, bool surfaces, struct places *places)
 {
     const struct scene_camera *camera = &model->scene->camera;
-    uint32_t total = (uint32_t)(camera->width * camera->height);
-    uint32_t *order = coarse_to_fine(camera->width, camera->height);
-    uint32_t largest = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)total);
-    struct draft *drafts = malloc(largest * sizeof *drafts);
+    *places = (struct places){.count = MOST_PLACES};
+    if (surfaces) return surfaces_build(model, &places->surfaces);
+    places->count = (uint32_t)(camera->width * camera->height);
+    places->pixels = coarse_to_fine(camera->width, camera->height);
+    return places->pixels != NULL;
+}
+
+/* Makes the records of the first `wanted` drafts, and inserts them in their order; meanwhile progress goes from..to. */
+static bool make_records(const struct model *model, struct draft *drafts, uint32_t wanted,
+                         struct record_scratch *scratch, struct progress *progress, double from, double to,
+                         struct fill *fill)
+{
+    bool ok = true;
+    uint32_t finished = 0;
+#pragma omp parallel for schedule(dynamic, 1)
+    for (uint32_t i = 0; i < wanted; i++) {
+        float pixel = drafts[i].anywhere ? model->radius * SURFACE_PIXEL
+                                         : camera_pixel_width(&model->scene->camera, drafts[i].point.p);
+        record_make(model, &fill->bounced, fill->tables, fill->hsh, pixel, fill->options.seed, fill_records(fill) + i,
+                    &scratch[omp_get_thread_num()], &drafts[i]);
+        uint32_t so_far;
+#pragma omp atomic capture
+        so_far = ++finished;
+        if (omp_get_thread_num() == 0) progress_show(progress, from + (to - from) * so_far / wanted);
+    }
+    for (uint32_t i = 0; i < wanted; i++) {
+        ok = ok && !drafts[i].failed && insert(drafts[i].glossy ? &fill->glossy : &fill->diffuse, &drafts[i]);
+        free(drafts[i].eas);
+        free(drafts[i].hsh);
+    }
+    return ok;
+}
+
+/* In rounds, each of which looks at its places and makes records where they are wanted. */
+static bool fill_places(const struct model *model, struct progress *progress, struct fill *fill)
+{
+    struct places places;
     int threads = omp_get_max_threads();
     struct record_scratch *scratch = calloc((size_t)threads, sizeof *scratch);
-    bool ok = order && drafts && scratch;
-    for (uint32_t done = 0, count; ok && done < total; done += count) {
+    bool ok = find_places(model, fill->options.surfaces, &places) && scratch, covered = false;
+    double shown = 0;
+    for (uint32_t done = 0, count; ok && done < places.count && !covered; done += count) {
         count = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)done);
-        count = count < total - done ? count : total - done;
+        count = count < places.count - done ? count : places.count - done;
+        struct draft *drafts = malloc(count * sizeof *drafts);
+        uint32_t wanted = 0;
+        if (!drafts) ok = false;
 #pragma omp parallel for schedule(dynamic, 64)
-        for (uint32_t i = 0; i < count; i++) look(model, fill, order[done + i], &drafts[i]);
-        uint32_t wanted = 0, finished = 0;
-        for (uint32_t i = 0; i < count; i++)
+        for (uint32_t i = 0; i < (ok ? count : 0); i++) look(model, fill, &places, done + i, &drafts[i]);
+        for (uint32_t i = 0; i < (ok ? count : 0); i++)
             if (drafts[i].wanted) drafts[wanted++] = drafts[i];
-#pragma omp parallel for schedule(dynamic, 1)
-        for (uint32_t i = 0; i < wanted; i++) {
-            float pixel = camera_pixel_width(camera, drafts[i].point.p);
-            uint64_t index = fill->diffuse.zones.count + fill->glossy.zones.count + i;
-            record_make(model, &fill->bounced, fill->tables, fill->hsh, pixel, seed, index,
-                        &scratch[omp_get_thread_num()], &drafts[i]);
-            uint32_t so_far;
-#pragma omp atomic capture
-            so_far = ++finished;
-            if (omp_get_thread_num() == 0) progress_show(progress, (done + (double)so_far / wanted * count) / total);
-        }
-        for (uint32_t i = 0; i < wanted; i++) {
-            ok = ok && !drafts[i].failed && insert(drafts[i].glossy ? &fill->glossy : &fill->diffuse, &drafts[i]);
-            free(drafts[i].eas);
-            free(drafts[i].hsh);
-        }
+        /* Over surfaces the share that is covered already stands for how far it is. */
+        double now = places.pixels ? (double)(done + count) / places.count : 1 - (double)wanted / count;
+        ok = ok && make_records(model, drafts, wanted, scratch, progress, shown, now, fill);
+        shown = now;
+        free(drafts);
+        covered = !places.pixels && count >= LEAST_LAST_ROUND && (float)wanted < UNCOVERED * (float)count;
     }
+    ok = ok && cache_reindex(&fill->diffuse.zones) && cache_reindex(&fill->glossy.zones);
     for (int i = 0; scratch && i < threads; i++) record_scratch_free(&scratch[i]);
     free(scratch);
-    free(drafts);
-    free(order);
+    free(places.pixels);
+    surfaces_free(&places.surfaces);
     return ok;
+}
+
+bool fill_extend(const struct model *model, struct progress *progress, struct fill *fill,
+                 char error[static SCENE_ERROR])
+{
+    progress_begin(progress, "records", trace_rays(model->trace));
+    if (!fill_places(model, progress, fill)) {
+        snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
+        return false;
+    }
+    progress_end(progress, trace_rays(model->trace));
+    return true;
 }
 
 static struct lobe lobe_of(enum material_type type, float width)
@@ -146,24 +205,25 @@ static struct hsh *build_hsh(const struct scene *scene)
     return hsh;
 }
 
-bool fill_build(const struct model *model, enum fill_kind kind, uint64_t seed, struct progress *progress,
+bool fill_tables(const struct scene *scene, struct fill *fill)
+{
+    fill->tables = mean_brdf_build();
+    if (fill->options.kind == FILL_HSH) fill->hsh = build_hsh(scene);
+    return fill->tables && (fill->options.kind != FILL_HSH || fill->hsh);
+}
+
+bool fill_build(const struct model *model, const struct fill_options *options, struct progress *progress,
                 struct fill *fill, char error[static SCENE_ERROR])
 {
     *fill = (struct fill){
-        .kind = kind, .diffuse.zones = cache_empty(RECORD_STRETCH), .glossy.zones = cache_empty(RECORD_STRETCH)};
+        .options = *options, .diffuse.zones = cache_empty(RECORD_STRETCH), .glossy.zones = cache_empty(RECORD_STRETCH)};
     progress_begin(progress, "diffuse cache", trace_rays(model->trace));
-    if (!diffuse_cache_build(model, seed, progress, &fill->bounced, error)) return false;
+    if (!diffuse_cache_build(model, options->seed, progress, &fill->bounced, error)) return false;
     progress_end(progress, trace_rays(model->trace));
-    progress_begin(progress, "records", trace_rays(model->trace));
-    fill->tables = mean_brdf_build();
-    if (kind == FILL_HSH) fill->hsh = build_hsh(model->scene);
-    if (!fill->tables || (kind == FILL_HSH && !fill->hsh) || !fill_records(model, seed, progress, fill)) {
-        fill_free(fill);
-        snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
-        return false;
-    }
-    progress_end(progress, trace_rays(model->trace));
-    return true;
+    if (fill_tables(model->scene, fill) && fill_extend(model, progress, fill, error)) return true;
+    fill_free(fill);
+    snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
+    return false;
 }
 
 static void record_cache_free(struct record_cache *cache)
@@ -182,6 +242,11 @@ void fill_free(struct fill *fill)
     mean_brdf_free(fill->tables);
     hsh_free(fill->hsh);
     *fill = (struct fill){0};
+}
+
+uint64_t fill_records(const struct fill *fill)
+{
+    return (uint64_t)fill->diffuse.zones.count + fill->glossy.zones.count;
 }
 
 static size_t record_bytes(const struct record_cache *cache)

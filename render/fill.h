@@ -3,11 +3,13 @@
  *
  * Departures: rounds over the pixels from coarse to fine in a fixed order, those of one round gathered in parallel and
  * inserted in order, so that the bytes don't depend on threads; gather rays end at the diffuse cache; lamps are left
- * out of the records (render.c adds them at the pixel); a zone is a share of the distance to the nearest surface, not
- * of the mean one.
+ * out of the records unless asked for (cached.c adds them at the pixel); a zone is a share of the distance to the
+ * nearest surface, not of the mean one.
  */
 #ifndef RENDER_FILL_H
 #define RENDER_FILL_H
+
+#include <assert.h>
 
 #include "eas/hsh.h"
 #include "eas/irradiance.h"
@@ -22,6 +24,7 @@ struct record {
     uint32_t first_hsh;
     int hsh_order;
 };
+static_assert(sizeof(struct record) == 100, "written to files as it stands");
 
 struct record_cache {
     struct cache zones;
@@ -33,19 +36,39 @@ struct record_cache {
     uint32_t hsh_count, hsh_capacity;
 };
 
+/* What the caches depend on besides the scene. */
+struct fill_options {
+    enum fill_kind { FILL_DIFFUSE, FILL_EAS, FILL_HSH } kind; /* what glossy records hold besides irradiance */
+    bool lamps;                                               /* records hold direct light, too (the paper's mode) */
+    bool surfaces; /* records all over the scene, for any camera; if not, where the camera sees */
+    uint64_t seed;
+};
+
 /* The caches of a picture. Glossy surfaces use `glossy` where the method keeps EAS, else everything uses `diffuse`. */
 struct fill {
-    enum fill_kind { FILL_DIFFUSE, FILL_EAS, FILL_HSH } kind; /* what glossy records hold */
+    struct fill_options options; /* they were made under */
     struct diffuse_cache bounced;
     struct record_cache diffuse, glossy;
     struct mean_brdf *tables;
     struct hsh *hsh; /* FILL_HSH; else NULL */
 };
 
-/* Deterministic for any number of threads. False and a sentence where memory runs out; nothing to free then. */
-bool fill_build(const struct model *model, enum fill_kind kind, uint64_t seed, struct progress *progress,
+/* Makes the caches. Deterministic for any number of threads. False and a sentence where memory runs out; nothing to
+ * free then. */
+bool fill_build(const struct model *model, const struct fill_options *options, struct progress *progress,
                 struct fill *fill, char error[static SCENE_ERROR]);
+
+/* Goes on where the model's camera sees what no record covers: the caches were made for another camera or other
+ * materials, and not over all surfaces. The same promises; where memory runs out, the caller frees. */
+bool fill_extend(const struct model *model, struct progress *progress, struct fill *fill,
+                 char error[static SCENE_ERROR]);
 void fill_free(struct fill *fill);
+
+/* Fills in the tables that look-ups need, for caches that were read. False: no memory. */
+bool fill_tables(const struct scene *scene, struct fill *fill);
+
+/* Records of both kinds. */
+uint64_t fill_records(const struct fill *fill);
 
 /* Bytes of all caches. */
 size_t fill_bytes(const struct fill *fill);

@@ -210,8 +210,8 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
            scale(mul(throughput, weight), total / (weights[pick] * survive)), depth + 1, before);
 }
 
-/* `pdf` 0: lamps count 0. n: the normal where the ray starts. before: the length of the chain so far; at depth 1 the
- * place of what is mirrored is settled. */
+/* `pdf` 0: lamps count 0; INFINITY: in full. n: the normal where the ray starts. before: the length of the chain so
+ * far; at depth 1 the place of what is mirrored is settled. */
 static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb throughput, int depth, float before)
 {
     const struct model *model = chain->model;
@@ -221,7 +221,12 @@ static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb
     float length_ = found ? hit.t : INFINITY;
     if (depth <= 1) before = depth == 0 ? length_ : image_distance(chain, before, length_);
     rgb lamps = {0};
-    if (pdf > 0) lamps = lights_radiance_lamps(model->lights, ray.origin, n, ray.dir, length_, pdf);
+    float lamp_distance = INFINITY;
+    if (pdf > 0) lamps = lights_radiance_lamps(model->lights, ray.origin, n, ray.dir, length_, pdf, &lamp_distance);
+    if (own && pdf == INFINITY && !is_black(lamps)) { /* these lamps aren't where the ray ends */
+        add_light(chain, lamps, false, lamp_distance);
+        lamps = vec3(0, 0, 0);
+    }
     if (!found) {
         if (own) chain->out->distance = INFINITY;
         if (pdf > 0) {
@@ -255,6 +260,15 @@ struct gathered gather(const struct model *model, const struct diffuse_cache *ca
     struct gathered out = {.mirrored_distance = INFINITY};
     struct chain chain = {model, cache, rng, terms, &out, NULL, 0, 0};
     follow(&chain, ray, ray.dir, 0, vec3(1, 1, 1), 0, 0);
+    return out;
+}
+
+struct gathered gather_all(const struct model *model, const struct diffuse_cache *cache, struct ray ray,
+                           struct rng *rng)
+{
+    struct gathered out = {.mirrored_distance = INFINITY};
+    struct chain chain = {model, cache, rng, NULL, &out, NULL, 0, 0};
+    follow(&chain, ray, ray.dir, INFINITY, vec3(1, 1, 1), 0, 0);
     return out;
 }
 

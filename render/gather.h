@@ -27,6 +27,11 @@ struct gathered {
 struct gathered gather(const struct model *model, const struct diffuse_cache *cache, struct ray ray, struct rng *rng,
                        struct gather_terms *terms);
 
+/* The same with the lamps and the whole environment that the ray meets: nobody else samples them. Lamps that are no
+ * meshes are apart from what the ray hits, as what is mirrored. */
+struct gathered gather_all(const struct model *model, const struct diffuse_cache *cache, struct ray ray,
+                           struct rng *rng);
+
 /* The same for a ray that was sampled by a lobe at (ray.origin, n) with `pdf`: lamps that it meets count with their MIS
  * weight against lights_sample, those at its end in *lamps. */
 struct gathered gather_specular(const struct model *model, const struct diffuse_cache *cache, struct ray ray, float3 n,

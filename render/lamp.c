@@ -184,7 +184,7 @@ bool lamp_sample(const struct lamp *lamp, float3 p, float3 n, const float u[stat
     return true;
 }
 
-static bool meet_sphere(const struct lamp *lamp, float3 p, float3 n, float3 dir, float tmax, float *pdf)
+static bool meet_sphere(const struct lamp *lamp, float3 p, float3 n, float3 dir, float *tmax, float *pdf)
 {
     float3 to = sub(lamp->centre, p);
     float d2 = dot(to, to), r2 = sqr(lamp->radius), along = dot(to, dir);
@@ -194,10 +194,12 @@ static bool meet_sphere(const struct lamp *lamp, float3 p, float3 n, float3 dir,
     bool outside = d2 > r2;
     float t = outside ? along - sqrtf(under) : along + sqrtf(under);
     *pdf = outside ? 1 / (2 * PI * sphere_cone(r2 / d2)) : maxf(dot(n, dir), 0) / PI;
-    return t > 0 && t < tmax;
+    if (!(t > 0 && t < *tmax)) return false;
+    *tmax = t;
+    return true;
 }
 
-static bool meet_disc(const struct lamp *lamp, float3 p, float3 dir, float tmax, float *pdf)
+static bool meet_disc(const struct lamp *lamp, float3 p, float3 dir, float *tmax, float *pdf)
 {
     float3 to = sub(lamp->centre, p);
     float d = length(to), along = dot(to, dir), c = along / d;
@@ -205,10 +207,12 @@ static bool meet_disc(const struct lamp *lamp, float3 p, float3 dir, float tmax,
     float t = d / c;
     float3 aside = sub(scale(dir, t), to);
     *pdf = t * t / (PI * sqr(lamp->radius) * c);
-    return dot(aside, aside) <= sqr(lamp->radius) && t < tmax;
+    if (dot(aside, aside) > sqr(lamp->radius) || t >= *tmax) return false;
+    *tmax = t;
+    return true;
 }
 
-static bool meet_area(const struct lamp *lamp, float3 p, float3 dir, float tmax, rgb *radiance, float *pdf)
+static bool meet_area(const struct lamp *lamp, float3 p, float3 dir, float *tmax, rgb *radiance, float *pdf)
 {
     float c = -dot(dir, lamp->axis);
     if (c <= 0) return false;
@@ -217,24 +221,30 @@ static bool meet_area(const struct lamp *lamp, float3 p, float3 dir, float tmax,
     float3 at = sub(scale(dir, t), to);
     float a = dot(at, lamp->u) / dot(lamp->u, lamp->u), b = dot(at, lamp->v) / dot(lamp->v, lamp->v);
     bool inside = lamp->shape == LIGHT_ELLIPSE ? a * a + b * b <= 1 : fabsf(a) <= 1 && fabsf(b) <= 1;
-    if (t <= 0 || t >= tmax || !inside) return false;
+    if (t <= 0 || t >= *tmax || !inside) return false;
+    *tmax = t;
     *pdf = t * t / (lamp->area * c);
     *radiance = scale(lamp->radiance, spread_share(lamp, c));
     return true;
 }
 
-bool lamp_meet(const struct lamp *lamp, float3 p, float3 n, float3 dir, float tmax, rgb *radiance, float *pdf)
+bool lamp_is_point(const struct lamp *lamp)
 {
-    if (lamp->type == LIGHT_AREA) return meet_area(lamp, p, dir, tmax, radiance, pdf);
+    return lamp->type == LIGHT_SUN ? !(lamp->cone > 0) : lamp->type != LIGHT_AREA && !(lamp->radius > 0);
+}
+
+bool lamp_meet(const struct lamp *lamp, float3 p, float3 n, float3 dir, float *t, rgb *radiance, float *pdf)
+{
+    if (lamp->type == LIGHT_AREA) return meet_area(lamp, p, dir, t, radiance, pdf);
     *radiance = lamp->radiance;
     if (lamp->type == LIGHT_SUN) {
         float3 aside = sub(dir, lamp->axis); /* its square is 2 (1 - cos), without the cosine's rounding */
         *pdf = 1 / (2 * PI * lamp->cone);
-        return lamp->cone > 0 && tmax == INFINITY && dot(aside, aside) <= 2 * lamp->cone;
+        return lamp->cone > 0 && *t == INFINITY && dot(aside, aside) <= 2 * lamp->cone;
     }
     if (!(lamp->radius > 0)) return false;
     bool sphere = lamp->shape == LIGHT_SPHERE;
-    if (!(sphere ? meet_sphere(lamp, p, n, dir, tmax, pdf) : meet_disc(lamp, p, dir, tmax, pdf))) return false;
+    if (!(sphere ? meet_sphere(lamp, p, n, dir, t, pdf) : meet_disc(lamp, p, dir, t, pdf))) return false;
     float3 to = sub(lamp->centre, p);
     if (lamp->type == LIGHT_SPOT && (!sphere || dot(to, to) > sqr(lamp->radius)))
         *radiance = scale(lamp->radiance, spot_share(lamp, scale(dir, -1)));

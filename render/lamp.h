@@ -38,6 +38,9 @@ struct lamp_sample {
 /* False where the lamp gives no light (no power, no area). */
 bool lamp_make(const struct scene_light *light, struct lamp *lamp);
 
+/* Whether it has no extent: no ray can hit it. */
+bool lamp_is_point(const struct lamp *lamp);
+
 /* About the irradiance (luminance) at p on a surface with normal n, shadows apart; 0 only where none can arrive. */
 float lamp_irradiance(const struct lamp *lamp, float3 p, float3 n);
 
@@ -47,7 +50,7 @@ float lamp_power(const struct lamp *lamp, float radius);
 /* False where nothing arrives at p by this sample. */
 bool lamp_sample(const struct lamp *lamp, float3 p, float3 n, const float u[static 2], struct lamp_sample *sample);
 
-/* Whether the ray from p meets the lamp before tmax: radiance and lamp_sample's pdf. */
-bool lamp_meet(const struct lamp *lamp, float3 p, float3 n, float3 dir, float tmax, rgb *radiance, float *pdf);
+/* Whether the ray from p meets the lamp before *t: radiance and lamp_sample's pdf, and in *t where it does. */
+bool lamp_meet(const struct lamp *lamp, float3 p, float3 n, float3 dir, float *t, rgb *radiance, float *pdf);
 
 #endif

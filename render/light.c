@@ -110,6 +110,13 @@ static float solid_angle(float radius, float d, float cosine)
     return 2 * PI * minf(ball, .5f * sqr(radius / d) * cosine);
 }
 
+bool lights_any_points(const struct lights *lights)
+{
+    for (int i = 0; i < lights->lamp_count; i++)
+        if (lamp_is_point(&lights->lamps[i])) return true;
+    return false;
+}
+
 float lights_widest(const struct lights *lights, float3 p)
 {
     float widest = 0;
@@ -215,13 +222,20 @@ float lights_pdf_hit(const struct lights *lights, float3 p, float3 n, float3 dir
            emitter_pdf_area(&lights->emitters[emitter], p, hit->triangle, light) * hit->t * hit->t / c;
 }
 
-rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float3 dir, float tmax, float pdf)
+rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float3 dir, float tmax, float pdf,
+                          float *distance)
 {
     rgb sum = {0}, radiance;
-    float pdf_lamp;
-    for (int i = 0; i < lights->lamp_count; i++)
-        if (lamp_meet(&lights->lamps[i], p, n, dir, tmax, &radiance, &pdf_lamp))
-            sum = mad(sum, radiance, pdf == INFINITY ? 1 : mis_weight(pdf, pdf_lamp * chance(lights, i, p, n)));
+    float pdf_lamp, largest = 0;
+    for (int i = 0; i < lights->lamp_count; i++) {
+        float t = tmax;
+        if (!lamp_meet(&lights->lamps[i], p, n, dir, &t, &radiance, &pdf_lamp)) continue;
+        sum = mad(sum, radiance, pdf == INFINITY ? 1 : mis_weight(pdf, pdf_lamp * chance(lights, i, p, n)));
+        if (distance && luminance(radiance) > largest) {
+            largest = luminance(radiance);
+            *distance = t;
+        }
+    }
     return sum;
 }
 

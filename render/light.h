@@ -42,6 +42,9 @@ bool lights_environment(const struct lights *lights);
  * where there are other lights, -1 where memory runs out. */
 int lights_cells(const struct lights *lights, int most, struct environment_cell *cells);
 
+/* Whether some of them are points or single directions, which no ray can hit. */
+bool lights_any_points(const struct lights *lights);
+
 /* The solid angle at p, sr, of the largest of the lights that are sampled by area (meshes and area lamps), about: what
  * part of all that p sees a few samples have to stand for. */
 float lights_widest(const struct lights *lights, float3 p);
@@ -61,8 +64,10 @@ float lights_pdf_hit(const struct lights *lights, float3 p, float3 n, float3 dir
 
 /* Lamps with an extent (area, sphere, disc, sun) are no triangles, but a traced ray meets them all the same, and they
  * hide nothing: the sum of the radiances that a ray, chosen with density pdf, meets before tmax, each weighed by
- * mis_weight against lights_sample (pdf INFINITY: in full). Not for camera rays. */
-rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float3 dir, float tmax, float pdf);
+ * mis_weight against lights_sample (pdf INFINITY: in full). Not for camera rays. *distance, where it isn't NULL: to the
+ * brightest of them, unchanged where none is met. */
+rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float3 dir, float tmax, float pdf,
+                          float *distance);
 
 /* The environment seen along dir: its strong part with lights_sample's pdf, and the rest. */
 rgb lights_strong(const struct lights *lights, float3 p, float3 n, float3 dir, float *pdf);

@@ -8,6 +8,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "import/scene_hash.h"
+#include "render/cache_file.h"
 #include "render/compare.h"
 #include "render/options.h"
 #include "render/render.h"
@@ -15,22 +17,23 @@
 
 enum { EXIT_DONE, EXIT_INPUT = 3, EXIT_OUTPUT = 4 };
 
-/* The unfinished output, for the signal handler, which can be handed nothing. */
-static char unfinished[PATH_MAX];
+/* The unfinished outputs, for the signal handler, which can be handed nothing. */
+enum { PICTURE, CACHE, OUTPUTS };
+static char unfinished[OUTPUTS][PATH_MAX];
 
 static void remove_unfinished(int signal)
 {
-    unlink(unfinished);
+    for (int i = 0; i < OUTPUTS; i++) unlink(unfinished[i]);
     raise(signal); /* SA_RESETHAND: now ends the program, and the shell learns by what */
 }
 
 /* From now on a signal that ends the program leaves no part of `path` behind. Says early whether it can be written. */
-static bool prepare_output(const char *path, char error[static IMAGE_ERROR])
+static bool prepare_output(const char *path, int which, char error[static IMAGE_ERROR])
 {
     char folder[PATH_MAX];
     const char *slash = strrchr(path, '/');
     size_t length = slash ? (size_t)(slash - path) + 1 : 0;
-    if (length >= sizeof folder || !image_temporary(path, unfinished, sizeof unfinished)) {
+    if (length >= sizeof folder || !image_temporary(path, unfinished[which], sizeof unfinished[which])) {
         snprintf(error, IMAGE_ERROR, "%.200s…: the name is too long", path);
         return false;
     }
@@ -71,11 +74,14 @@ static bool write_picture(const struct options *options, const struct image *ima
     scene_name(options->scene, scene, sizeof scene);
     snprintf(spp_text, sizeof spp_text, "%d", spp);
     snprintf(seed, sizeof seed, "%llu", (unsigned long long)options->render.seed);
-    const struct image_attribute attributes[] = {{"burnish:version", BURNISH_VERSION},
-                                                 {"burnish:scene", scene},
-                                                 {"burnish:method", stats_method(options->render.method)},
-                                                 {"burnish:spp", spp_text},
-                                                 {"burnish:seed", seed}};
+    const struct image_attribute attributes[] = {
+        {"burnish:version", BURNISH_VERSION},
+        {"burnish:scene", scene},
+        {"burnish:method", stats_method(options->render.method)},
+        {"burnish:records", options->render.lamps_in_records ? "all" : "indirect"},
+        {"burnish:fill", options->render.over_surfaces ? "surfaces" : "camera"},
+        {"burnish:spp", spp_text},
+        {"burnish:seed", seed}};
     return image_write(options->output, image, false, attributes, sizeof attributes / sizeof attributes[0], error);
 }
 
@@ -84,6 +90,40 @@ static uint64_t peak_bytes(void)
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);
     return (uint64_t)usage.ru_maxrss * 1024;
+}
+
+/* Takes the caches from options->cache, and says what a reader of the picture should know. 0 or an exit code. */
+static int load_caches(const struct model *model, const struct options *options, uint64_t hash,
+                       struct progress *progress, struct fill *fill, uint64_t *loaded, char error[static SCENE_ERROR])
+{
+    struct fill_options wanted = render_fill(&options->render);
+    struct cache_file_change change;
+    progress_begin(progress, "loading", 0);
+    if (!cache_file_read(options->cache, hash, model->scene, &wanted, fill, &change, error)) return EXIT_INPUT;
+    progress_end(progress, 0);
+    *loaded = fill_records(fill);
+    if (change.materials) fprintf(stderr, "burnish: %s: %s\n", options->cache, change.stale);
+    if (wanted.surfaces || (!change.camera && !change.materials)) return EXIT_DONE;
+    if (!fill_extend(model, progress, fill, error)) return EXIT_OUTPUT;
+    if (fill_records(fill) > *loaded)
+        fprintf(stderr, "burnish: %s: %llu records were added to its %llu for this picture; the file stays as it was\n",
+                options->cache, (unsigned long long)(fill_records(fill) - *loaded), (unsigned long long)*loaded);
+    return EXIT_DONE;
+}
+
+/* The caches: from options->cache where that is there; else made, and kept there. 0 or an exit code; the caller frees
+ * *fill in any case. */
+static int prepare_caches(const struct model *model, const struct options *options, struct progress *progress,
+                          struct fill *fill, uint64_t *loaded, char error[static SCENE_ERROR])
+{
+    struct fill_options wanted = render_fill(&options->render);
+    uint64_t hash = 0;
+    if (options->cache && !scene_hash(options->scene, model->scene, &hash, error)) return EXIT_INPUT;
+    if (options->cache && access(options->cache, F_OK) == 0)
+        return load_caches(model, options, hash, progress, fill, loaded, error);
+    if (!fill_build(model, &wanted, progress, fill, error)) return EXIT_OUTPUT;
+    if (options->cache && !cache_file_write(options->cache, hash, model->scene, fill, error)) return EXIT_OUTPUT;
+    return EXIT_DONE;
 }
 
 /* From the parsed scene to pixels. 0 or an exit code. */
@@ -97,9 +137,14 @@ static int make_picture(struct scene *scene, const struct options *options, stru
     if (!model_build(scene, &model, error)) return EXIT_INPUT;
     progress_end(progress, 0);
     struct film film = {0};
-    bool done = render(&model, &options->render, progress, &film, &stats->render, error);
-    if (done && !film_image(&film, image)) {
-        done = false;
+    struct fill fill = {0};
+    bool cached = options->render.method != RENDER_PATH;
+    int code = cached ? prepare_caches(&model, options, progress, &fill, &stats->loaded_records, error) : EXIT_DONE;
+    if (code == EXIT_DONE &&
+        !render(&model, &options->render, cached ? &fill : NULL, progress, &film, &stats->render, error))
+        code = EXIT_OUTPUT;
+    if (code == EXIT_DONE && !film_image(&film, image)) {
+        code = EXIT_OUTPUT;
         snprintf(error, SCENE_ERROR, "out of memory for the picture");
     }
     stats->rays = trace_rays(model.trace);
@@ -107,11 +152,12 @@ static int make_picture(struct scene *scene, const struct options *options, stru
     stats->width = film.width;
     stats->height = film.height;
     film_free(&film);
+    fill_free(&fill);
     model_free(&model);
     stats->wall_s = progress_wall() - wall;
     stats->cpu_s = progress_cpu() - cpu;
     stats->peak_bytes = peak_bytes();
-    return done ? EXIT_DONE : EXIT_OUTPUT;
+    return code;
 }
 
 static int command_render(struct options *options)
@@ -122,7 +168,9 @@ static int command_render(struct options *options)
     struct progress progress = {0};
     if (options->threads) omp_set_num_threads(options->threads);
     struct stats stats = {.threads = omp_get_max_threads(), .spp = options->render.spp};
-    if (!prepare_output(options->output, error)) return fail(EXIT_OUTPUT, error);
+    bool save = options->cache && access(options->cache, F_OK) != 0;
+    if (!prepare_output(options->output, PICTURE, error) || (save && !prepare_output(options->cache, CACHE, error)))
+        return fail(EXIT_OUTPUT, error);
     if (!scene_read(options->scene, &scene, error)) return fail(EXIT_INPUT, error);
     for (int i = 0; i < options->set_count; i++)
         if (!scene_set(&scene, options->sets[i], error)) {
@@ -155,7 +203,7 @@ static int compare_images(const struct options *options, struct image images[sta
     struct compare_result result;
     if (!compare(&input, &result, error)) return EXIT_INPUT;
     if (options->difference) {
-        if (!prepare_output(options->difference, error)) return EXIT_OUTPUT;
+        if (!prepare_output(options->difference, PICTURE, error)) return EXIT_OUTPUT;
         struct image picture;
         if (!compare_picture(&input, &picture, error)) return EXIT_OUTPUT;
         bool written = image_write(options->difference, &picture, false, NULL, 0, error);

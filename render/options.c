@@ -11,6 +11,9 @@
 
 enum key {
     KEY_STATS = 256,
+    KEY_CACHE,
+    KEY_RECORDS,
+    KEY_FILL,
     KEY_SET,
     KEY_THREADS,
     KEY_SEED,
@@ -64,6 +67,14 @@ static enum render_method method(struct argp_state *state, const char *text)
     return RENDER_EAS;
 }
 
+/* Which of two words `text` is: true for the second. */
+static bool second_word(struct argp_state *state, const char *option, const char *text, const char *const words[2])
+{
+    if (strcmp(text, words[0]) != 0 && strcmp(text, words[1]) != 0)
+        argp_error(state, "%s: found '%s', expected %s or %s", option, text, words[0], words[1]);
+    return strcmp(text, words[1]) == 0;
+}
+
 static void require_ending(struct argp_state *state, const char *option, const char *path, const char *ending)
 {
     size_t length = strlen(path), n = strlen(ending);
@@ -80,9 +91,17 @@ static const struct argp_option render_arguments[] = {
     {"spp", KEY_SPP, "N", 0, "primary rays a pixel (16; path: 64)", 0},
     {"size", KEY_SIZE, "WxH", 0, "pixels (the scene's)", 0},
     {"set", KEY_SET, "materials/NAME/exponent=VALUE", 0,
-     "replace a Phong material's exponent or a Principled one's roughness; may be given again", 0},
+     "replace a Phong material's exponent (a Principled one's roughness), or move the camera: camera/shift=X,Y,Z in "
+     "metres; may be given again",
+     0},
     {"threads", KEY_THREADS, "N", 0, "threads (all cores); the picture does not depend on it", 0},
     {"seed", KEY_SEED, "N", 0, "chooses the random numbers (0)", 0},
+    {"fill", KEY_FILL, "camera|surfaces", 0,
+     "where records are made: where the camera sees, or all over the scene, for any camera (camera)", 0},
+    {"records", KEY_RECORDS, "indirect|all", 0,
+     "light that records hold: what bounced, or that of lamps, too (indirect)", 0},
+    {"cache", KEY_CACHE, "FILE", 0,
+     "take the caches from there, for any camera and exponents; make the file where it is not there", 0},
     {"stats", KEY_STATS, "FILE.json", 0, "write seconds, rays, records and bytes there", 0},
     {0}};
 
@@ -99,6 +118,14 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
     case KEY_SIZE: size(state, text, options); return 0;
     case KEY_THREADS: options->threads = (int)number(state, "--threads", text, 1, 1024); return 0;
     case KEY_SEED: options->render.seed = number(state, "--seed", text, 0, INT64_MAX); return 0;
+    case KEY_FILL:
+        options->render.over_surfaces = second_word(state, "--fill", text, (const char *const[]){"camera", "surfaces"});
+        return 0;
+    case KEY_RECORDS:
+        options->render.lamps_in_records =
+            second_word(state, "--records", text, (const char *const[]){"indirect", "all"});
+        return 0;
+    case KEY_CACHE: options->cache = text; return 0;
     case KEY_STATS: options->stats = text; return 0;
     case KEY_SET:
         if (options->set_count == OPTIONS_SETS) argp_error(state, "--set: at most %d times", OPTIONS_SETS);
@@ -111,6 +138,12 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
     case ARGP_KEY_END:
         if (!options->scene) argp_error(state, "expected the folder of a scene");
         if (!options->output) argp_error(state, "expected -o OUT.exr");
+        if (options->cache && options->render.method == RENDER_PATH)
+            argp_error(state, "--cache: --method path has no caches");
+        if (options->render.over_surfaces && options->render.method == RENDER_PATH)
+            argp_error(state, "--fill: --method path has no records");
+        if (options->render.lamps_in_records && options->render.method == RENDER_PATH)
+            argp_error(state, "--records: --method path has no records");
         if (!options->render.spp) options->render.spp = options->render.method == RENDER_PATH ? 64 : 16;
         return 0;
     default: return ARGP_ERR_UNKNOWN;

@@ -16,6 +16,7 @@ struct options {
     /* render */
     const char *scene, *output;
     const char *stats; /* NULL: none */
+    const char *cache; /* file of the caches, NULL: none */
     int width, height; /* 0: the scene's */
     int threads;       /* 0: all cores */
     int set_count;

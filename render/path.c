@@ -33,7 +33,7 @@ static bool follow(const struct model *model, const struct bounce *b, struct poi
     struct hit hit;
     *rest = (rgb){0};
     bool found = trace_closest(model->trace, b->origin, b->dir, INFINITY, &hit);
-    *met = lights_radiance_lamps(model->lights, b->origin, b->n, b->dir, found ? hit.t : INFINITY, b->pdf);
+    *met = lights_radiance_lamps(model->lights, b->origin, b->n, b->dir, found ? hit.t : INFINITY, b->pdf, NULL);
     if (!found) {
         float pdf;
         rgb strong = lights_strong(model->lights, b->origin, b->n, b->dir, &pdf);

@@ -3,8 +3,9 @@
 
 #include <stdlib.h>
 
-/* Strata of the first round; most rays a side of a stratum where lobes look, and where light is concentrated. */
-enum { GATHER_RAYS = 256, MOST_SPLIT = 4, HOT_SPLIT = 3, SEED_RECORD = 201 };
+/* Strata of the first round; most rays a side of a stratum where lobes look, where they may look anywhere, and where
+ * light is concentrated. */
+enum { GATHER_RAYS = 256, MOST_SPLIT = 4, SPREAD_SPLIT = 2, HOT_SPLIT = 3, SEED_RECORD = 201 };
 
 /* Zones: half the distance to the nearest surface, at least and at most so many pixels in radius. */
 #define ZONE_SHARE .5f
@@ -106,21 +107,24 @@ static void plan_rays(const struct draft *draft, float radius, struct plan *plan
     plan->turn = plan->bend * radius;
     plan->cone = minf(plan->lobe + 2 * plan->turn, PI);
     plan->split = 1;
+    if (draft->anywhere) plan->cone = plan->turn = PI;
     if (plan->lobe <= 0) return;
     float strata = (1 - cosf(plan->lobe)) * (float)(plan->grid.rows * plan->grid.columns);
-    plan->split = (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, MOST_SPLIT);
+    plan->split = (int)clampf(roundf(sqrtf(FOCUS_RAYS / strata)), 1, draft->anywhere ? SPREAD_SPLIT : MOST_SPLIT);
 }
 
 /* Sends a ray through a random point of part k of side x side of a stratum. */
-static struct gathered send(const struct model *model, const struct diffuse_cache *bounced, const struct point *point,
+static struct gathered send(const struct model *model, const struct diffuse_cache *bounced, const struct draft *draft,
                             const struct plan *plan, int stratum, int k, int side, struct rng *rng, float3 *dir)
 {
+    const struct point *point = &draft->point;
     int row = stratum / plan->grid.columns, column = stratum % plan->grid.columns;
     float u = ((float)(k / side) + rng_float(rng)) / (float)side,
           v = ((float)(k % side) + rng_float(rng)) / (float)side;
     *dir = to_world(plan->frame, gather_direction(plan->grid, row, column, u, v));
     if (dot(*dir, point->ng) <= 0) return (struct gathered){.distance = INFINITY};
-    return gather(model, bounced, (struct ray){point->origin, *dir}, rng, NULL);
+    struct ray ray = {point->origin, *dir};
+    return draft->lamps ? gather_all(model, bounced, ray, rng) : gather(model, bounced, ray, rng, NULL);
 }
 
 /* Whether a stratum's neighbours are so bright that one ray would be a gamble: a share HOT of what all strata bring.
@@ -229,7 +233,7 @@ void record_make(const struct model *model, const struct diffuse_cache *bounced,
     for (int i = 0; !draft->failed && i < strata; i++) {
         struct gathered *first = &scratch->first[i];
         float3 dir;
-        *first = send(model, bounced, point, &plan, i, 0, 1, &rng, &dir);
+        *first = send(model, bounced, draft, &plan, i, 0, 1, &rng, &dir);
         scratch->all[i] = (struct gather_sample){
             dir, first->distance, first->normal, add(first->surface, first->mirrored), omega, vec3(0, 0, 0)};
         nearest = minf(nearest, first->distance);
@@ -250,7 +254,7 @@ void record_make(const struct model *model, const struct diffuse_cache *bounced,
         float3 direction = {0};
         for (int k = 0; k < side * side; k++) {
             float3 dir;
-            struct gathered light = send(model, bounced, point, &plan, i, k, side, &rng, &dir);
+            struct gathered light = send(model, bounced, draft, &plan, i, k, side, &rng, &dir);
             all[i].distance = minf(all[i].distance, light.distance);
             sum = add(sum, add(light.surface, light.mirrored));
             direction = add(direction, dir);

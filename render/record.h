@@ -16,6 +16,8 @@ struct draft {
     struct point point; /* where, seen by whom */
     bool wanted;        /* no record covers the point yet */
     bool glossy;        /* EAS (or HSH) are wanted, too */
+    bool lamps;         /* direct light is wanted in it, too */
+    bool anywhere;      /* for viewers all around, not for this one */
 
     bool failed; /* no memory */
     struct zone zone;

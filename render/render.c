@@ -46,7 +46,7 @@ static void render_pixels(const struct model *model, const struct cached *cached
 static void report(const struct model *model, const struct fill *fill, uint64_t seed, struct progress *progress,
                    struct render_stats *stats)
 {
-    stats->records = fill->diffuse.zones.count + fill->glossy.zones.count;
+    stats->records = fill_records(fill);
     stats->glossy_records = fill->glossy.zones.count;
     stats->eas_per_record = stats->glossy_records ? (double)fill->glossy.eas_count / (double)stats->glossy_records : 0;
     stats->bytes_per_record = fill_bytes_per_record(fill);
@@ -57,31 +57,33 @@ static void report(const struct model *model, const struct fill *fill, uint64_t 
     progress_end(progress, trace_rays(model->trace));
 }
 
-bool render(const struct model *model, const struct render_options *options, struct progress *progress,
-            struct film *film, struct render_stats *stats, char error[static SCENE_ERROR])
+struct fill_options render_fill(const struct render_options *options)
 {
-    bool with_cache = options->method != RENDER_PATH;
-    enum fill_kind kind = options->method == RENDER_EAS   ? FILL_EAS
-                          : options->method == RENDER_HSH ? FILL_HSH
-                                                          : FILL_DIFFUSE;
-    struct fill fill = {0};
+    return (struct fill_options){.kind = options->method == RENDER_EAS   ? FILL_EAS
+                                         : options->method == RENDER_HSH ? FILL_HSH
+                                                                         : FILL_DIFFUSE,
+                                 .lamps = options->lamps_in_records,
+                                 .surfaces = options->over_surfaces,
+                                 .seed = options->seed};
+}
+
+bool render(const struct model *model, const struct render_options *options, const struct fill *fill,
+            struct progress *progress, struct film *film, struct render_stats *stats, char error[static SCENE_ERROR])
+{
     struct cached cached = {0};
     *stats = (struct render_stats){0};
-    if (with_cache && !fill_build(model, kind, options->seed, progress, &fill, error)) return false;
-    if (!film_alloc(film, model->scene->camera.width, model->scene->camera.height, with_cache) ||
-        (with_cache && !cached_prepare(model, &fill, options->spp, options->seed, &cached))) {
+    if (!film_alloc(film, model->scene->camera.width, model->scene->camera.height, fill) ||
+        (fill && !cached_prepare(model, fill, options->spp, options->seed, &cached))) {
         snprintf(error, SCENE_ERROR, "picture: out of memory");
         film_free(film);
-        fill_free(&fill);
         return false;
     }
     progress_begin(progress, "pixels", trace_rays(model->trace));
-    render_pixels(model, with_cache ? &cached : NULL, options->spp, options->seed, progress, film);
+    render_pixels(model, fill ? &cached : NULL, options->spp, options->seed, progress, film);
     progress_end(progress, trace_rays(model->trace));
-    if (with_cache) {
-        report(model, &fill, options->seed, progress, stats);
+    if (fill) {
+        report(model, fill, options->seed, progress, stats);
         cached_free(&cached);
-        fill_free(&fill);
     }
     return true;
 }

@@ -3,6 +3,7 @@
 #ifndef RENDER_RENDER_H
 #define RENDER_RENDER_H
 
+#include "render/fill.h"
 #include "render/film.h"
 #include "render/model.h"
 #include "render/progress.h"
@@ -18,6 +19,8 @@ struct render_options {
     enum render_method method;
     int spp; /* primary rays a pixel, at least 1 */
     uint64_t seed;
+    bool lamps_in_records; /* records hold direct light, too */
+    bool over_surfaces;    /* records all over the scene, for any camera */
 };
 
 /* What --stats reports of the caches; all 0 for path. */
@@ -31,8 +34,12 @@ struct render_stats {
     double diffuse_cv; /* CV(RMSE) of the diffuse cache's irradiance, measured by path tracing at some of its users */
 };
 
-/* Renders into film (allocated here; the caller frees). Deterministic for any number of threads. */
-bool render(const struct model *model, const struct render_options *options, struct progress *progress,
-            struct film *film, struct render_stats *stats, char error[static SCENE_ERROR]);
+/* The caches that the method needs. */
+struct fill_options render_fill(const struct render_options *options);
+
+/* Renders into film (allocated here; the caller frees) from caches that render_fill asked for, or by path tracing where
+ * fill is NULL. Deterministic for any number of threads. */
+bool render(const struct model *model, const struct render_options *options, const struct fill *fill,
+            struct progress *progress, struct film *film, struct render_stats *stats, char error[static SCENE_ERROR]);
 
 #endif

@@ -13,8 +13,9 @@
 struct stats {
     double cpu_s, wall_s; /* from the parsed scene to pixels; user CPU seconds of all threads */
     uint64_t rays;
-    uint64_t triangles;  /* instances not multiplied */
-    uint64_t peak_bytes; /* most memory held so far */
+    uint64_t triangles;      /* instances not multiplied */
+    uint64_t peak_bytes;     /* most memory held so far */
+    uint64_t loaded_records; /* of render.records, those that came from the file of --cache */
     int width, height, threads, spp;
     struct render_stats render;
 };

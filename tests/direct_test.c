@@ -50,7 +50,7 @@ static float rendered(const struct model *model, const struct mean_brdf *tables,
                       uint64_t seed)
 {
     struct direct direct;
-    assert_true(direct_prepare(model, tables, &direct));
+    assert_true(direct_prepare(model, tables, false, &direct));
     struct rng rng = rng_seed(seed, 0, 0);
     struct sequence lamp = sequence_draw(&rng, 16);
     bool averages = direct_averages(&direct, point);

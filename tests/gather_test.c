@@ -140,9 +140,37 @@ static void escape(void **state)
     end(s, &model);
 }
 
+/* A ray that counts what it meets brings a lamp's light from where the lamp is, before what it hits behind it. */
+static void lamps_that_a_ray_meets(void **state)
+{
+    (void)state;
+    struct stage *s = new_stage();
+    add_quad(s, vec3(0, 0, 5), vec3(9, 0, 0), vec3(0, -9, 0), grey(0, 0, 0, 3)); /* glows down */
+    s->lights[0] = (struct scene_light){.type = LIGHT_AREA,
+                                        .shape = LIGHT_RECTANGLE,
+                                        .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 2},
+                                        .power = {PI, PI, PI},
+                                        .size = {1, 1},
+                                        .spread = PI};
+    s->scene.light_count = 1;
+    struct model model = build(s);
+    struct diffuse_cache none = {.zones = cache_empty(1)};
+    struct rng rng = rng_seed(1, 2, 3);
+    const float3 dir = normalize(vec3(.2f, 0, 1));
+    struct gathered light = gather_all(&model, &none, (struct ray){vec3(0, 0, 0), dir}, &rng);
+    assert_float_equal(light.mirrored.x, 1, 1e-5f);
+    assert_float_equal(light.mirrored_distance * dir.z, 2, 1e-5f);
+    assert_float_equal(light.surface.x, 3, 1e-5f);
+    assert_float_equal(light.distance * dir.z, 5, 1e-5f);
+    light = gather(&model, &none, (struct ray){vec3(0, 0, 0), dir}, &rng, NULL);
+    assert_true(is_black(light.mirrored) && is_black(light.surface));
+    end(s, &model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(furnace), cmocka_unit_test(virtual_image),
-                                       cmocka_unit_test(curved_image), cmocka_unit_test(escape)};
+                                       cmocka_unit_test(curved_image), cmocka_unit_test(escape),
+                                       cmocka_unit_test(lamps_that_a_ray_meets)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -55,7 +55,7 @@ static float met(const struct lights *lights, float3 p, float3 n, int count)
     for (int i = 0; i < count; i++) {
         float u = rng_float(&rng), phi = 2 * PI * rng_float(&rng), r = sqrtf(u);
         float3 dir = to_world(frame, vec3(r * cosf(phi), r * sinf(phi), sqrtf(1 - u)));
-        sum += (double)PI * lights_radiance_lamps(lights, p, n, dir, INFINITY, INFINITY).x;
+        sum += (double)PI * lights_radiance_lamps(lights, p, n, dir, INFINITY, INFINITY, NULL).x;
     }
     return (float)(sum / count);
 }
@@ -72,9 +72,9 @@ static void check_densities(const struct lights *lights, float3 p, float3 n, flo
         struct light_sample s;
         if (!lights_sample(lights, p, n, u, &s) || dot(s.wi, n) <= 0) continue;
         taken++;
-        float radiance = s.weight.x * s.pdf, half = lights_radiance_lamps(lights, p, n, s.wi, INFINITY, s.pdf).x;
+        float radiance = s.weight.x * s.pdf, half = lights_radiance_lamps(lights, p, n, s.wi, INFINITY, s.pdf, NULL).x;
         agreeing += fabsf(half - radiance / 2) <= tolerance * radiance;
-        assert_true(lights_radiance_lamps(lights, p, n, s.wi, s.distance * 0.999f, s.pdf).x == 0 ||
+        assert_true(lights_radiance_lamps(lights, p, n, s.wi, s.distance * 0.999f, s.pdf, NULL).x == 0 ||
                     s.distance == INFINITY);
     }
     assert_true(taken > COUNT / 100);

@@ -113,26 +113,6 @@ static void disc_emitter(void **state)
     end(s, &model);
 }
 
-/* The picture of a dim sky with one bright texel, in a temporary file. */
-static void add_sky(struct stage *s)
-{
-    struct image image;
-    char error[IMAGE_ERROR];
-    const char *parent = getenv("TMPDIR");
-    snprintf(s->sky, sizeof s->sky, "%.80s/burnish-sky-%d.exr", parent ? parent : P_tmpdir, (int)getpid());
-    assert_true(image_alloc(&image, 32, 16, 3));
-    for (int i = 0; i < 32 * 16 * 3; i++) image.pixels[i] = i / 3 == 4 * 32 + 16 ? 60 : 0.2f;
-    for (int c = 0; c < 3; c++) snprintf(image.channels[c], IMAGE_CHANNEL, "%c", "RGB"[c]);
-    assert_true(image_write(s->sky, &image, false, NULL, 0, error));
-    image_free(&image);
-    s->image = (struct scene_image){s->sky, IMAGE_LINEAR};
-    s->texture = (struct scene_texture){.type = TEXTURE_IMAGE};
-    s->scene.images = &s->image;
-    s->scene.textures = &s->texture;
-    s->scene.image_count = s->scene.texture_count = 1;
-    s->scene.world = (struct scene_world){{1, 1, 1}, 0, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
-}
-
 /* A lamp shines on the scene by light sampling alone and by both strategies: the same mean. */
 static void two_strategies(void **state)
 {

@@ -157,6 +157,21 @@ static void black_groups(void **state)
     free_case(c);
 }
 
+/* So does one so dark that the squares of its weights vanish: the tail of a lobe in the dark. */
+static void dark_groups(void **state)
+{
+    (void)state;
+    struct gather_case *c = new_case(false, false);
+    for (int i = 0; i < COUNT; i++) c->samples[i].radiance = scale(vec3(1, 1, 1), i % 2 ? 1e-24f : 1e-37f);
+    assert_true(sample_tree_build(&c->tree, c->samples, COUNT, ORIGIN, c->frame));
+    for (uint32_t i = 0; i < c->tree.node_count; i++) {
+        const struct eas *eas = &c->tree.nodes[i].eas;
+        assert_true(length(sub(eas->position, ORIGIN)) <= 2.001f);
+        assert_float_equal(length(eas->normal), 1, 1e-5f);
+    }
+    free_case(c);
+}
+
 /* Bounds of the samples below a node, in the record's frame. */
 struct bounds {
     float z0, z1, phi0, phi1;
@@ -234,8 +249,9 @@ static void corner_cases(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(sums),      cmocka_unit_test(leaves),
-                                       cmocka_unit_test(positions), cmocka_unit_test(black_groups),
-                                       cmocka_unit_test(structure), cmocka_unit_test(corner_cases)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(sums),        cmocka_unit_test(leaves),
+                                       cmocka_unit_test(positions),   cmocka_unit_test(black_groups),
+                                       cmocka_unit_test(dark_groups), cmocka_unit_test(structure),
+                                       cmocka_unit_test(corner_cases)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

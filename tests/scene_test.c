@@ -374,16 +374,29 @@ static void sets_a_property(void **state)
     snprintf(text, sizeof text, "materials/%s/roughness=.25", principled->name);
     assert_true(scene_set(&scene, text, error));
     assert_true(principled->roughness.value == .25f);
-    const char *wrong[][2] = {
-        {"materials/a/b=c/exponent=-1", "found '-1'"},       {"materials/a/b=c/exponent=nan", "found 'nan'"},
-        {"materials/a/b=c/exponent=", "found ''"},           {"materials/a/b=c/exponent=1x", "found '1x'"},
-        {"materials/a/b=c/roughness=1", "no material"},      {"materials/a/b=/exponent=1", "no material 'a/b='"},
-        {"materials/a/b=c/exp=1", "the property 'exp'"},     {"material/a/exponent=1", "expected materials/NAME"},
-        {"materials/exponent=1", "expected materials/NAME"}, {"materials/a/b=c/exponent", "no material"}};
+    const float *camera = scene.camera.transform, at[3] = {camera[3], camera[7], camera[11]};
+    assert_true(scene_set(&scene, "camera/shift=.5,-2,1e-1", error) && scene_set(&scene, "camera/shift=0,0,1", error));
+    assert_true(camera[3] == at[0] + .5f && camera[7] == at[1] - 2 && camera[11] == at[2] + .1f + 1);
+    const char *wrong[][2] = {{"camera/shift=1,2", "found '1,2'"},
+                              {"camera/shift=1,2,3,4", "found '1,2,3,4'"},
+                              {"camera/shift=1,inf,3", "found '1,inf,3'"},
+                              {"camera/shift=", "three numbers"},
+                              {"camera/tilt=1", "expected materials/NAME"},
+                              {"materials/a/b=c/exponent=-1", "found '-1'"},
+                              {"materials/a/b=c/exponent=nan", "found 'nan'"},
+                              {"materials/a/b=c/exponent=", "found ''"},
+                              {"materials/a/b=c/exponent=1x", "found '1x'"},
+                              {"materials/a/b=c/roughness=1", "no material"},
+                              {"materials/a/b=/exponent=1", "no material 'a/b='"},
+                              {"materials/a/b=c/exp=1", "the property 'exp'"},
+                              {"material/a/exponent=1", "expected materials/NAME"},
+                              {"materials/exponent=1", "expected materials/NAME"},
+                              {"materials/a/b=c/exponent", "no material"}};
     for (size_t i = 0; i < LENGTH(wrong); i++) {
         assert_false(scene_set(&scene, wrong[i][0], error));
         if (!strstr(error, wrong[i][1])) fail_msg("%s: \"%s\", expected \"%s\"", wrong[i][0], error, wrong[i][1]);
     }
+    assert_true(camera[3] == at[0] + .5f);
     scene_free(&scene);
 }
 

@@ -29,7 +29,10 @@ def sentence(result, code):
     ("render s -o a.exr --size 100", "'100'"), ("render s -o a.exr --size 0x9", "'0x9'"),
     ("render s -o a.exr --size 9x9x9", "'9x9x9'"), ("render s -o a.exr --size 1x99999", "32768"),
     ("render s -o a.exr --set", "--set"), ("render s -o a.exr --method magic", "'magic'"),
-    ("render s -o a.exr --fast", "--fast"),
+    ("render s -o a.exr --fast", "--fast"), ("render s -o a.exr --records some", "'some'"),
+    ("render s -o a.exr --method path --records all", "--records"), ("render s -o a.exr --fill in", "'in'"),
+    ("render s -o a.exr --method path --fill surfaces", "--fill"),
+    ("render s -o a.exr --method path --cache c", "--cache"),
     ("compare a.exr", "two pictures"), ("compare a b c", "'c'"), ("compare a b --difference d.exr", ".png")])
 def test_wrong_usage_exits_2(sanitized, arguments, word):
     result = sanitized(*arguments.split(), check=2)

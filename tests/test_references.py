@@ -5,6 +5,7 @@ import os
 
 import pytest
 
+import pictures
 import run
 
 EXACT = ("cornell", "cornell_glossy", "monkey", "boule1", "boule2", "matpreview")
@@ -66,3 +67,11 @@ def test_eas_on_cornell_meets_its_bar(cornell, tmp_path):
     path_cv = run.compare(str(tmp_path / "path.exr"), reference)["cv_rmse"]
     assert eas_cv <= 0.05
     assert eas["cpu_s"] <= 0.1 * path["cpu_s"] * (path_cv / 0.05) ** 2, (eas["cpu_s"], path["cpu_s"], path_cv)
+
+
+def test_direct_light_in_the_records_is_neither_lost_nor_doubled(burnish, cornell, tmp_path):
+    """The lamp is small: noise stays, but not in the mean."""
+    out = tmp_path / "all.exr"
+    burnish("render", cornell, "-o", out, "--records", "all", "--spp", 4, check=0)
+    assert pictures.read(str(out), "Direct").max() == 0
+    assert abs(run.compare(str(out), run.reference("cornell", "path"))["mean_ratio"] - 1) <= 0.03
