@@ -139,9 +139,10 @@ static bool cell_lit(const struct direct *direct, const struct point *point, flo
 {
     float3 wi = cell->wi;
     float distance = INFINITY, x = rng_float(rng), y = rng_float(rng);
-    if (direct->sky) { /* in the cell's cap */
-        float z = 1 - x * cell->omega * (1 / (2 * PI)), r = sqrtf(maxf(1 - z * z, 0));
-        wi = to_world(frame_about(wi), vec3(r * cosf(2 * PI * y), r * sinf(2 * PI * y), z));
+    if (direct->sky) { /* in a square as wide as the cell's cap: of the same second moment */
+        float half = .8660254f * sqrtf(cell->omega * (1 / PI));
+        struct frame frame = frame_about(wi);
+        wi = normalize(mad(mad(wi, frame.t, half * (2 * x - 1)), frame.b, half * (2 * y - 1)));
     } else {
         struct light_sample light;
         if (!lamp_sample_in(direct->model->lights, point, i, x, y, &light) &&
@@ -167,19 +168,15 @@ struct shadow {
     struct rng *rng;
 };
 
-/* A shadow ray to where the light of all cells, in a row, has reached `at`; its light is counted with `weight`. */
-static bool probe(const struct shadow *s, float at, int origin, float weight, rgb *asked, rgb *lit)
+/* A shadow ray to where the light of all cells, in a row, has reached `at`, in cell `from` or later; its light is
+ * counted with `weight`. */
+static bool probe(const struct shadow *s, float at, int from, int origin, float weight, rgb *asked, rgb *lit)
 {
-    int low = 0, high = s->cell_count;
-    while (high - low > 1) {
-        int middle = (low + high) / 2;
-        if (s->passed[middle] <= at) low = middle;
-        else high = middle;
-    }
-    float own = luminance(s->light[low]);
-    if (own <= 1e-30f) return false; /* beyond the last, by rounding; or its reciprocal might be no number */
-    rgb share = scale(s->light[low], weight / own);
-    bool through = cell_lit(s->direct, s->point, s->origins[origin % s->origin_count], low, &s->cells[low], s->rng);
+    while (from + 1 < s->cell_count && s->passed[from + 1] <= at) from++;
+    float own = luminance(s->light[from]);
+    if (own <= 0) return false; /* rounding: beyond the last */
+    rgb share = scale(s->light[from], weight / own);
+    bool through = cell_lit(s->direct, s->point, s->origins[origin % s->origin_count], from, &s->cells[from], s->rng);
     *asked = add(*asked, share);
     if (through) *lit = add(*lit, share);
     return through;
@@ -193,8 +190,17 @@ static rgb lit_share(const struct shadow *s, float sum, int rays)
     rgb asked[MOST_RAYS] = {{0}}, lit[MOST_RAYS] = {{0}}, asked_sum = {0}, lit_sum = {0};
     bool through[MOST_RAYS];
     float step = sum / (float)rays;
-    for (int k = 0; k < rays; k++)
-        through[k] = probe(s, ((float)k + rng_float(s->rng)) * step, k, 1, &asked[k], &lit[k]);
+    int count = 0, half = rays / 2, from[MOST_RAYS];
+    for (int k = 0, cell = 0; k < rays; k++) {
+        while (cell + 1 < s->cell_count && s->passed[cell + 1] <= (float)k * step) cell++;
+        from[k] = cell;
+    }
+    for (int i = 0; i < rays; i++) { /* every other stratum first; where those agree the rest would */
+        int k = i < half ? 2 * i + 1 : 2 * (i - half);
+        if (i == half && (count == 0 || count == half)) return scale(vec3(1, 1, 1), count ? 1 : 0);
+        through[k] = probe(s, ((float)k + rng_float(s->rng)) * step, from[k], k, 1, &asked[k], &lit[k]);
+        count += through[k];
+    }
     for (int k = 0; k < rays; k++) {
         int near = 0, of = 0;
         for (int j = k - 4; j <= k + 4; j++)
@@ -202,8 +208,8 @@ static rgb lit_share(const struct shadow *s, float sum, int rays)
         if (near != 0 && near != of) {
             asked[k] = lit[k] = vec3(0, 0, 0);
             for (int j = 0; j < REFINE; j++)
-                probe(s, ((float)k + ((float)j + rng_float(s->rng)) / REFINE) * step, k + j, 1.0f / REFINE, &asked[k],
-                      &lit[k]);
+                probe(s, ((float)k + ((float)j + rng_float(s->rng)) / REFINE) * step, from[k], k + j, 1.0f / REFINE,
+                      &asked[k], &lit[k]);
         }
         asked_sum = add(asked_sum, asked[k]);
         lit_sum = add(lit_sum, lit[k]);
