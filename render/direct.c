@@ -13,7 +13,7 @@ enum { SKY_CELLS = 512 };
 #define MOST_CELLS SKY_CELLS /* of the two */
 
 /* Shadow rays where light comes from one side of an edge. */
-enum { MOST_RAYS = 128, REFINE = 4 };
+enum { MOST_RAYS = 128, REFINE = 6 };
 
 /* Lobes narrower than this, rad, aren't resolved: n = 300. */
 #define LEAST_WIDTH .08f
