@@ -41,8 +41,7 @@ static bool insert(struct record_cache *cache, const struct draft *draft)
 }
 
 /* What the camera sees at a pixel's centre, and whether a record is wanted there. */
-static void look(const struct model *model, const struct fill *fill, enum fill_kind kind, uint32_t pixel,
-                 struct draft *draft)
+static void look(const struct model *model, const struct fill *fill, uint32_t pixel, struct draft *draft)
 {
     const struct scene_camera *camera = &model->scene->camera;
     int x = (int)pixel % camera->width, y = (int)pixel / camera->width;
@@ -51,7 +50,8 @@ static void look(const struct model *model, const struct fill *fill, enum fill_k
     *draft = (struct draft){0};
     if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
     shade_point(model, ray, &hit, &draft->point);
-    draft->glossy = kind != FILL_DIFFUSE && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
+    draft->glossy =
+        fill->kind != FILL_DIFFUSE && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
     if (!draft->glossy && is_black(draft->point.brdf.kd)) return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;
     draft->wanted = !cache_covers(&cache->zones, draft->point.p, draft->point.n);
@@ -74,8 +74,7 @@ static uint32_t *coarse_to_fine(int width, int height)
     return order;
 }
 
-static bool fill_records(const struct model *model, enum fill_kind kind, uint64_t seed, struct progress *progress,
-                         struct fill *fill)
+static bool fill_records(const struct model *model, uint64_t seed, struct progress *progress, struct fill *fill)
 {
     const struct scene_camera *camera = &model->scene->camera;
     uint32_t total = (uint32_t)(camera->width * camera->height);
@@ -89,7 +88,7 @@ static bool fill_records(const struct model *model, enum fill_kind kind, uint64_
         count = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)done);
         count = count < total - done ? count : total - done;
 #pragma omp parallel for schedule(dynamic, 64)
-        for (uint32_t i = 0; i < count; i++) look(model, fill, kind, order[done + i], &drafts[i]);
+        for (uint32_t i = 0; i < count; i++) look(model, fill, order[done + i], &drafts[i]);
         uint32_t wanted = 0, finished = 0;
         for (uint32_t i = 0; i < count; i++)
             if (drafts[i].wanted) drafts[wanted++] = drafts[i];
@@ -135,9 +134,11 @@ static struct hsh *build_hsh(const struct scene *scene)
         bool phong = material->type == MATERIAL_PHONG;
         const struct scene_scalar *width = phong ? &material->exponent : &material->roughness;
         if (material->type == MATERIAL_DIFFUSE) continue;
-        for (int k = 0; width->texture != SCENE_NONE && k < RUNGS; k++)
-            lobes[count++] = lobe_of(material->type, powf(phong ? 300 : .2f, (float)k / (RUNGS - 1)));
-        if (width->texture == SCENE_NONE) lobes[count++] = lobe_of(material->type, width->value);
+        for (int k = 0; k < (width->texture == SCENE_NONE ? 1 : RUNGS); k++) {
+            float rung = powf(phong ? 300 : .2f, (float)k / (RUNGS - 1));
+            struct lobe lobe = lobe_of(material->type, width->texture == SCENE_NONE ? width->value : rung);
+            if (direct_resolves(&(struct brdf){.lobe_count = 1, .lobes = {lobe}})) lobes[count++] = lobe;
+        }
     }
     struct hsh *hsh = lobes ? hsh_build(lobes, count, HSH_LOSS, HSH_ORDER) : NULL;
     free(lobes);
@@ -155,7 +156,7 @@ bool fill_build(const struct model *model, enum fill_kind kind, uint64_t seed, s
     progress_begin(progress, "records", trace_rays(model->trace));
     fill->tables = mean_brdf_build();
     if (kind == FILL_HSH) fill->hsh = build_hsh(model->scene);
-    if (!fill->tables || (kind == FILL_HSH && !fill->hsh) || !fill_records(model, kind, seed, progress, fill)) {
+    if (!fill->tables || (kind == FILL_HSH && !fill->hsh) || !fill_records(model, seed, progress, fill)) {
         fill_free(fill);
         snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
         return false;
