@@ -14,19 +14,18 @@ enum { SHADOW_RAYS = 4, SKY_RAYS = 8 };
 /* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
 
-bool cached_prepare(const struct model *model, const struct fill *fill, bool eas, int spp, uint64_t seed,
-                    struct cached *cached)
+bool cached_prepare(const struct model *model, const struct fill *fill, int spp, uint64_t seed, struct cached *cached)
 {
-    *cached = (struct cached){.model = model, .fill = fill, .eas = eas, .spp = spp, .seed = seed};
+    *cached = (struct cached){.model = model, .fill = fill, .spp = spp, .seed = seed};
     return direct_prepare(model, fill->tables, &cached->direct);
 }
 
 void cached_free(struct cached *cached) { direct_free(&cached->direct); }
 
-/* Whether the point's lobes are taken from EAS; if not, they are traced. */
+/* Whether the point's lobes are taken from records; if not, they are traced. */
 static bool caches_lobes(const struct cached *cached, const struct point *point)
 {
-    return cached->eas && point->brdf.lobe_count > 0 && direct_resolves(&point->brdf);
+    return cached->fill->kind != FILL_DIFFUSE && point->brdf.lobe_count > 0 && direct_resolves(&point->brdf);
 }
 
 /* Points of a pixel that are alike; sums until it is looked up. */
@@ -116,36 +115,58 @@ static rgb traced_indirect(const struct cached *cached, const struct point *poin
     return add(sum, traced_lobes(cached, point, (float2){rng_float(rng), rng_float(rng)}, NULL, rng));
 }
 
+/* One lobe at a point, as the records of a cache see it. */
+union lobe_view {
+    struct mean_lobe mean;
+    struct hsh_view hsh;
+};
+
+static void view_lobe(const struct fill *fill, const struct lobe *lobe, const struct point *point,
+                      union lobe_view *view)
+{
+    if (fill->hsh) view->hsh = hsh_view(fill->hsh, lobe, point->n, point->wo);
+    else view->mean = mean_lobe(fill->tables, lobe, point->n, point->wo);
+}
+
+static rgb reflect_record(const struct fill *fill, const struct record *record, const struct zone *zone,
+                          const union lobe_view *view, float3 p)
+{
+    const struct record_cache *cache = &fill->glossy;
+    if (!fill->hsh) return eas_reflect(cache->eas + record->first_eas, record->eas_count, &view->mean, p);
+    return hsh_reflect(fill->hsh, &view->hsh, cache->hsh + record->first_hsh, record->hsh_order, zone->n,
+                       sub(p, zone->p));
+}
+
 /* Bounced light at the mean of so many samples' points, from the cache. */
 static void look_up(const struct cached *cached, const struct point *mean, float samples, struct pixel *pixel,
                     struct rng *rng)
 {
     struct point point = *mean;
-    bool eas = caches_lobes(cached, &point);
-    if (!eas && is_black(point.brdf.kd)) return;
-    const struct record_cache *cache = eas ? &cached->fill->glossy : &cached->fill->diffuse;
+    bool glossy = caches_lobes(cached, &point);
+    if (!glossy && is_black(point.brdf.kd)) return;
+    const struct record_cache *cache = glossy ? &cached->fill->glossy : &cached->fill->diffuse;
     struct cache_match matches[CACHE_MATCHES];
     int count = cache_find(&cache->zones, point.p, point.n, matches), best = 0;
     if (!count) {
-        if (!eas) point.brdf.lobe_count = 0; /* traced already */
+        if (!glossy) point.brdf.lobe_count = 0; /* traced already */
         for (int i = 0; i < (int)samples; i++)
             pixel->indirect = add(pixel->indirect, traced_indirect(cached, &point, rng));
         return;
     }
     rgb e = {0}, specular = {0};
-    struct mean_lobe lobes[2];
-    for (int k = 0; eas && k < point.brdf.lobe_count; k++)
-        lobes[k] = mean_lobe(cached->fill->tables, &point.brdf.lobes[k], point.n, point.wo);
+    union lobe_view views[2];
+    for (int k = 0; glossy && k < point.brdf.lobe_count; k++)
+        view_lobe(cached->fill, &point.brdf.lobes[k], &point, &views[k]);
     for (int i = 0; i < count; i++) {
         const struct zone *zone = &cache->zones.zones[matches[i].record];
         const struct record *record = &cache->records[matches[i].record];
         e = mad(e, irradiance_at(&record->irradiance, zone->p, zone->n, point.p, point.n), matches[i].weight);
-        for (int k = 0; eas && k < point.brdf.lobe_count; k++)
-            specular = mad(specular, eas_reflect(cache->eas + record->first_eas, record->eas_count, &lobes[k], point.p),
-                           matches[i].weight);
+        for (int k = 0; glossy && k < point.brdf.lobe_count; k++)
+            specular = mad(specular, reflect_record(cached->fill, record, zone, &views[k], point.p), matches[i].weight);
         pixel->eas_count += (float)record->eas_count;
         if (matches[i].weight > matches[best].weight) best = i;
     }
+    specular = vec3(maxf(specular.x, 0), maxf(specular.y, 0), maxf(specular.z, 0)); /* HSH ring */
     rgb indirect = add(specular, mul(point.brdf.kd, scale(e, 1 / PI)));
     pixel->indirect = mad(pixel->indirect, indirect, samples);
     pixel->records = mad(pixel->records, record_colour(matches[best].record), samples * matches[best].weight);
@@ -167,7 +188,7 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         struct point point;
         if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, pixel, &point)) continue;
         struct group *group = group_of(&cached->direct, groups, &group_count, &point);
-        bool averages = group->averages, from_eas = caches_lobes(cached, &point);
+        bool averages = group->averages, from_records = caches_lobes(cached, &point);
         for (int k = i * SHADOW_RAYS; k < (i + 1) * SHADOW_RAYS; k++) {
             float2 on_lamp = sequence_point(lamp, k);
             /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself.
@@ -176,10 +197,10 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
             rgb light = direct_sample(&cached->direct, &point, u, averages);
             pixel->direct = mad(pixel->direct, light, 1.0f / SHADOW_RAYS);
         }
-        if (averages && from_eas) continue;
+        if (averages && from_records) continue;
         rgb lamps = {0};
         rgb bounced = traced_lobes(cached, &point, sequence_point(lobe, i), averages ? NULL : &lamps, &rng);
-        if (!from_eas) pixel->indirect = add(pixel->indirect, bounced);
+        if (!from_records) pixel->indirect = add(pixel->indirect, bounced);
         pixel->direct = add(pixel->direct, lamps);
     }
     for (int i = 0; i < group_count; i++) {

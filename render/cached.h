@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A pixel by the caches (the second pass of the paper's Algorithm 1): methods eas and hybrid.
+/* A pixel by the caches (the second pass of the paper's Algorithm 1): methods eas, hsh and hybrid.
  *
  * Camera rays that find alike points share one look-up and one integral over the lamps; each has a shadow ray of its
- * own. Bounced light comes from the records: the diffuse part from irradiance, the lobes from EAS (eas) or from one
- * traced ray a camera ray (hybrid, and lobes too narrow for EAS in both).
+ * own. Bounced light comes from the records: the diffuse part from irradiance, the lobes from EAS (eas), from HSH (hsh)
+ * or from one traced ray a camera ray (hybrid, and lobes too narrow for records in all).
  */
 #ifndef RENDER_CACHED_H
 #define RENDER_CACHED_H
@@ -16,14 +16,12 @@ struct cached {
     const struct model *model; /* borrowed */
     const struct fill *fill;   /* borrowed */
     struct direct direct;
-    bool eas; /* lobes from EAS, not traced */
     int spp;
     uint64_t seed;
 };
 
 /* False: no memory. */
-bool cached_prepare(const struct model *model, const struct fill *fill, bool eas, int spp, uint64_t seed,
-                    struct cached *cached);
+bool cached_prepare(const struct model *model, const struct fill *fill, int spp, uint64_t seed, struct cached *cached);
 void cached_free(struct cached *cached);
 
 /* Adds all samples of pixel (x, y). Any thread may call; the result depends on the arguments alone. */

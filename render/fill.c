@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "eas/ggx.h"
 #include "render/direct.h"
 #include "render/record.h"
 
@@ -13,30 +14,34 @@ enum { FIRST_ROUND = 64 };
 /* Each round looks at this share more pixels than all before. */
 #define ROUND_GROWTH .2f
 
+/* Room for `more` after `count` of them. */
+static bool grow(void *array, uint32_t *capacity, uint32_t count, uint32_t more, size_t bytes)
+{
+    if (more <= *capacity - count) return true;
+    uint32_t larger = 2 * (count + more);
+    void *grown = larger > count ? realloc(*(void **)array, larger * bytes) : NULL;
+    if (!grown) return false;
+    *(void **)array = grown;
+    *capacity = larger;
+    return true;
+}
+
 static bool insert(struct record_cache *cache, const struct draft *draft)
 {
-    uint32_t index = cache->zones.count;
-    if (index == cache->record_capacity) {
-        uint32_t capacity = index ? 2 * index : 1024;
-        struct record *grown = realloc(cache->records, capacity * sizeof *grown);
-        if (!grown) return false;
-        cache->records = grown;
-        cache->record_capacity = capacity;
-    }
-    if (cache->eas_count + draft->eas_count > cache->eas_capacity) {
-        uint32_t capacity = 2 * (cache->eas_count + draft->eas_count);
-        struct eas *grown = realloc(cache->eas, capacity * sizeof *grown);
-        if (!grown) return false;
-        cache->eas = grown;
-        cache->eas_capacity = capacity;
-    }
-    cache->records[index] = (struct record){draft->irradiance, cache->eas_count, draft->eas_count};
+    uint32_t index = cache->zones.count, floats = hsh_floats(draft->hsh_order);
+    if (!grow(&cache->records, &cache->record_capacity, index, 1, sizeof *cache->records) ||
+        !grow(&cache->eas, &cache->eas_capacity, cache->eas_count, draft->eas_count, sizeof *cache->eas) ||
+        !grow(&cache->hsh, &cache->hsh_capacity, cache->hsh_count, floats, sizeof *cache->hsh))
+        return false;
+    cache->records[index] =
+        (struct record){draft->irradiance, cache->eas_count, draft->eas_count, cache->hsh_count, draft->hsh_order};
     for (uint32_t i = 0; i < draft->eas_count; i++) cache->eas[cache->eas_count++] = draft->eas[i];
+    for (uint32_t i = 0; i < floats; i++) cache->hsh[cache->hsh_count++] = draft->hsh[i];
     return cache_insert(&cache->zones, draft->zone, draft->least);
 }
 
 /* What the camera sees at a pixel's centre, and whether a record is wanted there. */
-static void look(const struct model *model, const struct fill *fill, bool eas, uint32_t pixel, struct draft *draft)
+static void look(const struct model *model, const struct fill *fill, uint32_t pixel, struct draft *draft)
 {
     const struct scene_camera *camera = &model->scene->camera;
     int x = (int)pixel % camera->width, y = (int)pixel / camera->width;
@@ -45,7 +50,8 @@ static void look(const struct model *model, const struct fill *fill, bool eas, u
     *draft = (struct draft){0};
     if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
     shade_point(model, ray, &hit, &draft->point);
-    draft->glossy = eas && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
+    draft->glossy =
+        fill->kind != FILL_DIFFUSE && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
     if (!draft->glossy && is_black(draft->point.brdf.kd)) return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;
     draft->wanted = !cache_covers(&cache->zones, draft->point.p, draft->point.n);
@@ -68,8 +74,7 @@ static uint32_t *coarse_to_fine(int width, int height)
     return order;
 }
 
-static bool fill_records(const struct model *model, bool eas, uint64_t seed, struct progress *progress,
-                         struct fill *fill)
+static bool fill_records(const struct model *model, uint64_t seed, struct progress *progress, struct fill *fill)
 {
     const struct scene_camera *camera = &model->scene->camera;
     uint32_t total = (uint32_t)(camera->width * camera->height);
@@ -83,7 +88,7 @@ static bool fill_records(const struct model *model, bool eas, uint64_t seed, str
         count = FIRST_ROUND + (uint32_t)(ROUND_GROWTH * (float)done);
         count = count < total - done ? count : total - done;
 #pragma omp parallel for schedule(dynamic, 64)
-        for (uint32_t i = 0; i < count; i++) look(model, fill, eas, order[done + i], &drafts[i]);
+        for (uint32_t i = 0; i < count; i++) look(model, fill, order[done + i], &drafts[i]);
         uint32_t wanted = 0, finished = 0;
         for (uint32_t i = 0; i < count; i++)
             if (drafts[i].wanted) drafts[wanted++] = drafts[i];
@@ -91,8 +96,8 @@ static bool fill_records(const struct model *model, bool eas, uint64_t seed, str
         for (uint32_t i = 0; i < wanted; i++) {
             float pixel = camera_pixel_width(camera, drafts[i].point.p);
             uint64_t index = fill->diffuse.zones.count + fill->glossy.zones.count + i;
-            record_make(model, &fill->bounced, fill->tables, pixel, seed, index, &scratch[omp_get_thread_num()],
-                        &drafts[i]);
+            record_make(model, &fill->bounced, fill->tables, fill->hsh, pixel, seed, index,
+                        &scratch[omp_get_thread_num()], &drafts[i]);
             uint32_t so_far;
 #pragma omp atomic capture
             so_far = ++finished;
@@ -101,6 +106,7 @@ static bool fill_records(const struct model *model, bool eas, uint64_t seed, str
         for (uint32_t i = 0; i < wanted; i++) {
             ok = ok && !drafts[i].failed && insert(drafts[i].glossy ? &fill->glossy : &fill->diffuse, &drafts[i]);
             free(drafts[i].eas);
+            free(drafts[i].hsh);
         }
     }
     for (int i = 0; scratch && i < threads; i++) record_scratch_free(&scratch[i]);
@@ -110,16 +116,47 @@ static bool fill_records(const struct model *model, bool eas, uint64_t seed, str
     return ok;
 }
 
-bool fill_build(const struct model *model, bool eas, uint64_t seed, struct progress *progress, struct fill *fill,
-                char error[static SCENE_ERROR])
+static struct lobe lobe_of(enum material_type type, float width)
 {
-    *fill = (struct fill){.diffuse.zones = cache_empty(RECORD_STRETCH), .glossy.zones = cache_empty(RECORD_STRETCH)};
+    if (type == MATERIAL_PHONG) return (struct lobe){.type = LOBE_PHONG, .exponent = maxf(width, 0)};
+    return (struct lobe){.type = LOBE_METAL, .alpha = maxf(sqr(clampf(width, 0, 1)), GGX_ALPHA_MIN)};
+}
+
+/* Tables for the scene's lobes; where a texture chooses the exponent or roughness, for a ladder from the widest to the
+ * narrowest that records are made for. */
+static struct hsh *build_hsh(const struct scene *scene)
+{
+    enum { RUNGS = 24 };
+    struct lobe *lobes = malloc((size_t)(scene->material_count * RUNGS + 1) * sizeof *lobes);
+    int count = 0;
+    for (int i = 0; lobes && i < scene->material_count; i++) {
+        const struct scene_material *material = &scene->materials[i];
+        bool phong = material->type == MATERIAL_PHONG;
+        const struct scene_scalar *width = phong ? &material->exponent : &material->roughness;
+        if (material->type == MATERIAL_DIFFUSE) continue;
+        for (int k = 0; k < (width->texture == SCENE_NONE ? 1 : RUNGS); k++) {
+            float rung = powf(phong ? 300 : .2f, (float)k / (RUNGS - 1));
+            struct lobe lobe = lobe_of(material->type, width->texture == SCENE_NONE ? width->value : rung);
+            if (direct_resolves(&(struct brdf){.lobe_count = 1, .lobes = {lobe}})) lobes[count++] = lobe;
+        }
+    }
+    struct hsh *hsh = lobes ? hsh_build(lobes, count, HSH_LOSS, HSH_ORDER) : NULL;
+    free(lobes);
+    return hsh;
+}
+
+bool fill_build(const struct model *model, enum fill_kind kind, uint64_t seed, struct progress *progress,
+                struct fill *fill, char error[static SCENE_ERROR])
+{
+    *fill = (struct fill){
+        .kind = kind, .diffuse.zones = cache_empty(RECORD_STRETCH), .glossy.zones = cache_empty(RECORD_STRETCH)};
     progress_begin(progress, "diffuse cache", trace_rays(model->trace));
     if (!diffuse_cache_build(model, seed, progress, &fill->bounced, error)) return false;
     progress_end(progress, trace_rays(model->trace));
     progress_begin(progress, "records", trace_rays(model->trace));
     fill->tables = mean_brdf_build();
-    if (!fill->tables || !fill_records(model, eas, seed, progress, fill)) {
+    if (kind == FILL_HSH) fill->hsh = build_hsh(model->scene);
+    if (!fill->tables || (kind == FILL_HSH && !fill->hsh) || !fill_records(model, seed, progress, fill)) {
         fill_free(fill);
         snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
         return false;
@@ -133,6 +170,7 @@ static void record_cache_free(struct record_cache *cache)
     cache_free(&cache->zones);
     free(cache->records);
     free(cache->eas);
+    free(cache->hsh);
 }
 
 void fill_free(struct fill *fill)
@@ -141,16 +179,24 @@ void fill_free(struct fill *fill)
     record_cache_free(&fill->diffuse);
     record_cache_free(&fill->glossy);
     mean_brdf_free(fill->tables);
+    hsh_free(fill->hsh);
     *fill = (struct fill){0};
 }
 
 static size_t record_bytes(const struct record_cache *cache)
 {
-    return cache_bytes(&cache->zones) + cache->zones.count * sizeof *cache->records +
-           cache->eas_count * sizeof *cache->eas;
+    return cache->zones.count * sizeof *cache->records + cache->eas_count * sizeof *cache->eas +
+           cache->hsh_count * sizeof *cache->hsh;
 }
 
 size_t fill_bytes(const struct fill *fill)
 {
-    return diffuse_cache_bytes(&fill->bounced) + record_bytes(&fill->diffuse) + record_bytes(&fill->glossy);
+    return diffuse_cache_bytes(&fill->bounced) + cache_bytes(&fill->diffuse.zones) + record_bytes(&fill->diffuse) +
+           cache_bytes(&fill->glossy.zones) + record_bytes(&fill->glossy);
+}
+
+double fill_bytes_per_record(const struct fill *fill)
+{
+    uint32_t count = fill->glossy.zones.count;
+    return count ? (double)record_bytes(&fill->glossy) / count + sizeof(struct zone) : 0;
 }

@@ -58,8 +58,9 @@ static enum render_method method(struct argp_state *state, const char *text)
 {
     if (strcmp(text, "eas") == 0) return RENDER_EAS;
     if (strcmp(text, "hybrid") == 0) return RENDER_HYBRID;
+    if (strcmp(text, "hsh") == 0) return RENDER_HSH;
     if (strcmp(text, "path") == 0) return RENDER_PATH;
-    argp_error(state, "--method: found '%s', expected eas, hybrid or path", text);
+    argp_error(state, "--method: found '%s', expected eas, hsh, hybrid or path", text);
     return RENDER_EAS;
 }
 
@@ -72,8 +73,10 @@ static void require_ending(struct argp_state *state, const char *option, const c
 
 static const struct argp_option render_arguments[] = {
     {"output", 'o', "OUT.exr", 0, "the picture to write", 0},
-    {"method", 'm', "eas|hybrid|path", 0,
-     "radiance cache of equivalent area sources, irradiance cache with traced specular rays, or path tracing (eas)", 0},
+    {"method", 'm', "eas|hsh|hybrid|path", 0,
+     "radiance cache of equivalent area sources or of hemispherical harmonics (the baseline), irradiance cache with "
+     "traced specular rays, or path tracing (eas)",
+     0},
     {"spp", KEY_SPP, "N", 0, "primary rays a pixel (16; path: 64)", 0},
     {"size", KEY_SIZE, "WxH", 0, "pixels (the scene's)", 0},
     {"set", KEY_SET, "materials/NAME/exponent=VALUE", 0,

@@ -186,8 +186,26 @@ static void choose_eas(const struct mean_brdf *tables, struct draft *draft, cons
     for (uint32_t i = 0; i < count; i++) draft->eas[i] = scratch->eas[i];
 }
 
+/* The same samples as HSH. */
+static void project_hsh(const struct hsh *hsh, struct draft *draft, const uint32_t counts[3],
+                        struct record_scratch *scratch)
+{
+    const struct gather_sample *samples[3] = {scratch->surface, scratch->mirrored, scratch->infinite};
+    const struct brdf *brdf = &draft->point.brdf;
+    for (int i = 0; i < brdf->lobe_count; i++) {
+        int order = hsh_order(hsh, &brdf->lobes[i]);
+        draft->hsh_order = order > draft->hsh_order ? order : draft->hsh_order;
+    }
+    draft->hsh = calloc(hsh_floats(draft->hsh_order), sizeof *draft->hsh);
+    draft->failed = !draft->hsh;
+    for (int i = 0; draft->hsh && i < 3; i++)
+        hsh_add(hsh, samples[i], counts[i], draft->zone.n, draft->zone.radius * RECORD_STRETCH, draft->hsh_order,
+                draft->hsh);
+}
+
 void record_make(const struct model *model, const struct diffuse_cache *bounced, const struct mean_brdf *tables,
-                 float pixel, uint64_t seed, uint64_t index, struct record_scratch *scratch, struct draft *draft)
+                 const struct hsh *hsh, float pixel, uint64_t seed, uint64_t index, struct record_scratch *scratch,
+                 struct draft *draft)
 {
     const struct point *point = &draft->point;
     struct rng rng = rng_seed(seed, SEED_RECORD, index);
@@ -234,5 +252,6 @@ void record_make(const struct model *model, const struct diffuse_cache *bounced,
     float radius = minf(ZONE_SHARE * nearest, irradiance_reach(&draft->irradiance));
     draft->zone = (struct zone){point->p, point->n, clampf(radius, draft->least, plan.most)};
     irradiance_limit(&draft->irradiance, draft->zone.radius * RECORD_STRETCH);
-    if (draft->glossy) choose_eas(tables, draft, &plan, counts, scratch);
+    if (draft->glossy && hsh) project_hsh(hsh, draft, counts, scratch);
+    else if (draft->glossy) choose_eas(tables, draft, &plan, counts, scratch);
 }

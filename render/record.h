@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* One record, made: gather rays, irradiance with gradients, zone, and on glossy surfaces its EAS. */
+/* One record, made: gather rays, irradiance with gradients, zone, and on glossy surfaces its EAS or HSH. */
 #ifndef RENDER_RECORD_H
 #define RENDER_RECORD_H
 
+#include "eas/hsh.h"
 #include "eas/irradiance.h"
 #include "eas/select.h"
 #include "render/gather.h"
@@ -14,7 +15,7 @@
 struct draft {
     struct point point; /* where, seen by whom */
     bool wanted;        /* no record covers the point yet */
-    bool glossy;        /* EAS are wanted, too */
+    bool glossy;        /* EAS (or HSH) are wanted, too */
 
     bool failed; /* no memory */
     struct zone zone;
@@ -22,6 +23,8 @@ struct draft {
     struct irradiance irradiance;
     struct eas *eas; /* the caller frees */
     uint32_t eas_count;
+    float *hsh; /* the caller frees */
+    int hsh_order;
 };
 
 /* One thread's memory for making records; zero-initialise, free once. */
@@ -38,8 +41,9 @@ void record_scratch_free(struct record_scratch *scratch);
 
 /* Gathers a record at draft->point: first a ray a stratum, then more where the lobes look, where the light is
  * concentrated and where the zone is large. `pixel`: the width of a pixel there, m. (seed, index) choose the random
- * numbers. */
+ * numbers. `hsh` NULL: EAS are wanted. */
 void record_make(const struct model *model, const struct diffuse_cache *bounced, const struct mean_brdf *tables,
-                 float pixel, uint64_t seed, uint64_t index, struct record_scratch *scratch, struct draft *draft);
+                 const struct hsh *hsh, float pixel, uint64_t seed, uint64_t index, struct record_scratch *scratch,
+                 struct draft *draft);
 
 #endif

@@ -49,6 +49,7 @@ static void report(const struct model *model, const struct fill *fill, uint64_t 
     stats->records = fill->diffuse.zones.count + fill->glossy.zones.count;
     stats->glossy_records = fill->glossy.zones.count;
     stats->eas_per_record = stats->glossy_records ? (double)fill->glossy.eas_count / (double)stats->glossy_records : 0;
+    stats->bytes_per_record = fill_bytes_per_record(fill);
     stats->cache_bytes = fill_bytes(fill);
     stats->diffuse_records = fill->bounced.zones.count;
     progress_begin(progress, "diffuse cache's error", trace_rays(model->trace));
@@ -59,13 +60,16 @@ static void report(const struct model *model, const struct fill *fill, uint64_t 
 bool render(const struct model *model, const struct render_options *options, struct progress *progress,
             struct film *film, struct render_stats *stats, char error[static SCENE_ERROR])
 {
-    bool with_cache = options->method != RENDER_PATH, eas = options->method == RENDER_EAS;
+    bool with_cache = options->method != RENDER_PATH;
+    enum fill_kind kind = options->method == RENDER_EAS   ? FILL_EAS
+                          : options->method == RENDER_HSH ? FILL_HSH
+                                                          : FILL_DIFFUSE;
     struct fill fill = {0};
     struct cached cached = {0};
     *stats = (struct render_stats){0};
-    if (with_cache && !fill_build(model, eas, options->seed, progress, &fill, error)) return false;
+    if (with_cache && !fill_build(model, kind, options->seed, progress, &fill, error)) return false;
     if (!film_alloc(film, model->scene->camera.width, model->scene->camera.height, with_cache) ||
-        (with_cache && !cached_prepare(model, &fill, eas, options->spp, options->seed, &cached))) {
+        (with_cache && !cached_prepare(model, &fill, options->spp, options->seed, &cached))) {
         snprintf(error, SCENE_ERROR, "picture: out of memory");
         film_free(film);
         fill_free(&fill);

@@ -10,7 +10,8 @@
 enum render_method {
     RENDER_PATH,   /* path tracing */
     RENDER_HYBRID, /* irradiance cache + traced specular rays */
-    RENDER_EAS     /* irradiance cache + EAS cache */
+    RENDER_EAS,    /* irradiance cache + EAS cache */
+    RENDER_HSH     /* irradiance cache + HSH cache */
 };
 
 struct render_options {
@@ -22,9 +23,10 @@ struct render_options {
 /* What --stats reports of the caches; all 0 for path. */
 struct render_stats {
     uint64_t records;        /* of both kinds */
-    uint64_t glossy_records; /* those that hold EAS */
+    uint64_t glossy_records; /* those that hold EAS or HSH */
     double eas_per_record;   /* mean over the glossy records */
-    uint64_t cache_bytes;    /* records, EAS, index and diffuse cache */
+    double bytes_per_record; /* the same: zone, irradiance and EAS or HSH; without the index */
+    uint64_t cache_bytes;    /* records, their EAS or HSH, index and diffuse cache */
     uint64_t diffuse_records;
     double diffuse_cv; /* CV(RMSE) of the diffuse cache's irradiance, measured by path tracing at some of its users */
 };

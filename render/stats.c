@@ -7,7 +7,9 @@
 
 const char *stats_method(enum render_method method)
 {
-    return method == RENDER_PATH ? "path" : method == RENDER_HYBRID ? "hybrid" : "eas";
+    static const char *const names[] = {
+        [RENDER_PATH] = "path", [RENDER_HYBRID] = "hybrid", [RENDER_EAS] = "eas", [RENDER_HSH] = "hsh"};
+    return names[method];
 }
 
 static json_t *stage_list(const struct progress *progress)
@@ -34,14 +36,15 @@ bool stats_write(const struct stats *stats, const struct options *options, const
 {
     const struct render_stats *render = &stats->render;
     json_t *root = json_pack(
-        "{s:s, s:s, s:i, s:I, s:[ii], s:i, s:f, s:f, s:I, s:I, s:I, s:I, s:f, s:I, s:I, s:{s:I, s:f}, s:o}", "scene",
-        options->scene, "method", stats_method(options->render.method), "spp", stats->spp, "seed",
+        "{s:s, s:s, s:i, s:I, s:[ii], s:i, s:f, s:f, s:I, s:I, s:I, s:I, s:f, s:f, s:I, s:I, s:{s:I, s:f}, s:o}",
+        "scene", options->scene, "method", stats_method(options->render.method), "spp", stats->spp, "seed",
         (json_int_t)options->render.seed, "size", stats->width, stats->height, "threads", stats->threads, "cpu_s",
         stats->cpu_s, "wall_s", stats->wall_s, "rays", (json_int_t)stats->rays, "triangles",
         (json_int_t)stats->triangles, "records", (json_int_t)render->records, "glossy_records",
-        (json_int_t)render->glossy_records, "eas_per_record", render->eas_per_record, "cache_bytes",
-        (json_int_t)render->cache_bytes, "peak_bytes", (json_int_t)stats->peak_bytes, "diffuse_cache", "records",
-        (json_int_t)render->diffuse_records, "cv", render->diffuse_cv, "stages", stage_list(progress));
+        (json_int_t)render->glossy_records, "eas_per_record", render->eas_per_record, "bytes_per_record",
+        render->bytes_per_record, "cache_bytes", (json_int_t)render->cache_bytes, "peak_bytes",
+        (json_int_t)stats->peak_bytes, "diffuse_cache", "records", (json_int_t)render->diffuse_records, "cv",
+        render->diffuse_cv, "stages", stage_list(progress));
     errno = 0;
     FILE *file = fopen(options->stats, "w");
     bool good = file && dump(root, file);

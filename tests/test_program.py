@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-METHODS = ("eas", "hybrid", "path")
+METHODS = ("eas", "hsh", "hybrid", "path")
 
 
 def sentence(result, code):
@@ -158,6 +158,7 @@ def test_stats_and_channels(burnish, cornell, tmp_path, method):
     assert 0.5 * numbers["rays"] <= sum(stage["rays"] for stage in numbers["stages"]) <= numbers["rays"]
     assert (numbers["records"] > 0) == (numbers["cache_bytes"] > 0) == (method != "path")
     assert (numbers["eas_per_record"] > 1) == (method == "eas")
+    assert (numbers["bytes_per_record"] > 500) == (method in ("eas", "hsh"))
     header = out.read_bytes()[:4096]
     assert method.encode() in header and b"threads" not in header
     layers = ["Combined.R", "Direct.G", "Indirect.B", "Emission.R", "Albedo.G", "Normal.X", "Depth.Z"]
