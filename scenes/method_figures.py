@@ -43,7 +43,7 @@ def cuts(measured, task):
             return [(label, colour, style, angles, [row[key] for row in found]) for label, colour, style, key in CUTS]
 
         file = f"table{number_}.svg"
-        plots.grid(os.path.join(measured.out, file), [f"Ω = {omega:.3g} sr" for omega in omegas],
+        plots.grid(os.path.join(measured.out, file), [f"Ω = π/{numpy.pi / omega:.0f}" for omega in omegas],
                    [f"θ = {theta:.0f}°" for theta in thetas], cell, "viewer's angle, degrees")
         pieces.append(page.figure(file, f"Table {number_}: n = {n:g}, cut {plane}"))
         table.append([f"table {number_}", f"{n:g}", plane, number(worst["fit"]), number(worst["default"])])
