@@ -82,6 +82,47 @@ static void virtual_image(void **state)
     end(s, &model);
 }
 
+/* The same, looking straight down, in a mirror that is part of a sphere of radius 1/bend, bulging up where bend > 0: by
+ * the mirror equation the image of what is 2 m away lies 1/(1/2 + 2 bend) behind it. */
+static void curved_image(void **state)
+{
+    (void)state;
+    enum { SIDE = 8 };
+    const float bends[] = {1, .25f, -.1f}, half = .4f;
+    for (int k = 0; k < 3; k++) {
+        struct stage *s = new_stage();
+        float3 points[SIDE * SIDE * 4], normals[SIDE * SIDE * 4];
+        for (int i = 0; i < SIDE * SIDE * 4; i++) {
+            int corner = i % 4, x = i / 4 % SIDE + (corner == 1 || corner == 2), y = i / 4 / SIDE + (corner > 1);
+            float px = half * (2 * (float)x / SIDE - 1), py = half * (2 * (float)y / SIDE - 1);
+            points[i] = vec3(px, py, -.5f * bends[k] * (px * px + py * py));
+            normals[i] = normalize(vec3(bends[k] * px, bends[k] * py, 1));
+        }
+        struct scene_material lamp = grey(0, 0, 0, 50);
+        lamp.emission_front_only = true;
+        add_mesh(s, points, 4, SIDE * SIDE, grey(0, .9f, 20000, 0));
+        s->meshes[0].normals = &normals[0].x;
+        add_quad(s, vec3(0, 0, 2), vec3(0, 9, 0), vec3(9, 0, 0), grey(.7f, 0, 0, 0));
+        add_quad(s, vec3(-4, 0, .5f), vec3(.5f, 0, 0), vec3(0, .5f, 0), lamp); /* shines up */
+        struct model model = build(s);
+        struct diffuse_cache cache = build_cache(&model);
+        struct rng rng = rng_seed(1, 2, 3);
+        double sum = 0;
+        int bright = 0;
+        for (int i = 0; i < 200; i++) {
+            struct ray ray = {vec3(.02f, .03f, 1), vec3(0, 0, -1)};
+            struct gathered light = gather(&model, &cache, ray, &rng, NULL);
+            if (is_black(light.mirrored)) continue;
+            bright++;
+            sum += light.mirrored_distance;
+        }
+        assert_true(bright > 150);
+        assert_float_equal(sum / bright, 1 + 1 / (.5f + 2 * bends[k]), .05f);
+        diffuse_cache_free(&cache);
+        end(s, &model);
+    }
+}
+
 /* A ray that escapes is at infinity and brings the part of the sky that isn't sampled. */
 static void escape(void **state)
 {
@@ -102,6 +143,6 @@ static void escape(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(furnace), cmocka_unit_test(virtual_image),
-                                       cmocka_unit_test(escape)};
+                                       cmocka_unit_test(curved_image), cmocka_unit_test(escape)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
