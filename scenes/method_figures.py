@@ -17,7 +17,9 @@ EAS_COLOUR, HSH_COLOUR = "#ee6677", "#4477aa"
 
 
 def number(value, digits=3):
-    """So many significant digits, without an exponent."""
+    """So many significant digits, without an exponent; whole numbers as they are."""
+    if isinstance(value, int):
+        return str(value)
     return numpy.format_float_positional(value, digits, fractional=False, trim="-") if value else "0"
 
 
