@@ -9,7 +9,12 @@ typedef float float4 __attribute__((vector_size(16)));
 
 struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance, float omega, bool infinite)
 {
-    if (infinite) return (struct eas){normalize(position), vec3(0, 0, 0), omega, radiance, true};
+    struct eas eas = {.position = position, .visible = 1, .radiance = radiance, .infinite = infinite};
+    if (infinite) {
+        eas.position = normalize(position);
+        eas.area = omega;
+        return eas;
+    }
     float3 to_record = sub(origin, position);
     float d2 = maxf(dot(to_record, to_record), 1e-12f);
     to_record = scale(to_record, 1 / sqrtf(d2));
@@ -21,15 +26,19 @@ struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance,
     }
     float height = minf(omega * (1 / (2 * PI)), 1 - 1 / EAS_MAX_TANGENT),
           tan2 = height * (2 - height) / sqr(1 - height);
-    return (struct eas){position, normal, d2 * tan2 / maxf(cos_alpha, EAS_GRAZING), radiance, false};
+    eas.normal = normal;
+    eas.area = d2 * tan2 / maxf(cos_alpha, EAS_GRAZING);
+    return eas;
 }
 
 /* A block at a time: translated and looked up as vectors. */
 static rgb reflect_phong(const struct eas *eas, uint32_t count, const struct mean_lobe *lobe, float3 x)
 {
-    /* The head of each EAS, in rows of eight: a stride that compilers load as vectors, which theirs of 11 isn't. */
-    float rows[MEAN_PHONG_BLOCK][8];
-    static_assert(offsetof(struct eas, area) == 6 * sizeof(float), "position, normal and area lead");
+    /* The head of each EAS, in rows of eight and of four: strides that compilers load as vectors, which theirs isn't.
+     */
+    float rows[MEAN_PHONG_BLOCK][8], edges[MEAN_PHONG_BLOCK][4];
+    static_assert(offsetof(struct eas, uncovered) == 8 * sizeof(float),
+                  "what translation needs leads, and another float follows");
     struct mean_phong_caps caps;
     const float3 n = lobe->n, mirror = lobe->mirror;
     const float mirror_up = lobe->n_dot_mirror;
@@ -37,12 +46,16 @@ static rgb reflect_phong(const struct eas *eas, uint32_t count, const struct mea
     for (uint32_t first = 0; first < count; first += MEAN_PHONG_BLOCK) {
         const struct eas *block = eas + first;
         int size = count - first < MEAN_PHONG_BLOCK ? (int)(count - first) : MEAN_PHONG_BLOCK;
-        for (int i = 0; i < size; i++) memcpy(rows[i], &block[i], sizeof rows[i]);
+        for (int i = 0; i < size; i++) {
+            memcpy(rows[i], &block[i], sizeof rows[i]);
+            memcpy(edges[i], &block[i].uncovered, sizeof edges[i]);
+        }
 #pragma omp simd
         for (int i = 0; i < size; i++) {
-            const float *r = rows[i];
+            const float *r = rows[i], *e = edges[i];
             float3 position = {r[0], r[1], r[2]}, normal = {r[3], r[4], r[5]};
-            struct cap cap = eas_seen(position, normal, r[6], dot(normal, normal) > 0 ? 0 : 1, x);
+            struct cap cap =
+                eas_seen(position, normal, r[6], r[7], vec3(e[0], e[1], e[2]), dot(normal, normal) > 0 ? 0 : 1, x);
             caps.omega[i] = cap.omega;
             caps.cos_mirror[i] = dot(cap.axis, mirror);
             caps.up[i] = dot(cap.axis, n);

@@ -15,19 +15,24 @@ struct eas {
     float3 position; /* or its unit direction, at infinity */
     float3 normal;   /* unit, on the record's side; 0 at infinity */
     float area;      /* at infinity: solid angle, sr. Else d^2 tan^2(theta_c)/cos(alpha): its disc's area over pi, m2 */
-    rgb radiance;    /* mean over the group */
+    float visible;   /* share of the solid angle that is seen from x: visible + uncovered.x, 1 at its record */
+    float3 uncovered; /* 1/m: the visibility gradient (occlusion.h) */
+    rgb radiance;     /* mean over the group */
     bool infinite;
 };
 
 #define EAS_GRAZING .1f
 /* The widest disc, tan(87 deg): a disc cannot fill the hemisphere. */
 #define EAS_MAX_TANGENT 20.0f
+/* The visibility gradient may uncover as much again as the record saw. */
+#define EAS_MOST_UNCOVERED 2.0f
 
-/* An EAS seen under `omega` sr from `origin`. `normal` needn't be unit. */
+/* An EAS seen under `omega` sr from `origin`, without a visibility gradient. `normal` needn't be unit. */
 struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance, float omega, bool infinite);
 
 /* eas_translate by components, infinite 0 or 1. Without branches, so that loops over it become vector code. */
-static inline struct cap eas_seen(float3 position, float3 normal, float area, float infinite, float3 x)
+static inline struct cap eas_seen(float3 position, float3 normal, float area, float visible, float3 uncovered,
+                                  float infinite, float3 x)
 {
     float3 v = mad(position, x, infinite - 1);
     float per_d2 = 1 / maxf(dot(v, v), 1e-12f);
@@ -36,16 +41,18 @@ static inline struct cap eas_seen(float3 position, float3 normal, float area, fl
     float tan2 = minf(area * maxf(cos_alpha, EAS_GRAZING) * per_d2, EAS_MAX_TANGENT * EAS_MAX_TANGENT);
     float omega = 2 * PI * tan2 / (1 + tan2 + sqrtf(1 + tan2));
     omega = cos_alpha > 0 ? omega : 0; /* at infinity 0, too */
-    return (struct cap){v, omega + infinite * area};
+    float share = minf(maxf(visible + dot(uncovered, x), 0), EAS_MOST_UNCOVERED);
+    return (struct cap){v, share * (omega + infinite * area)};
 }
 
 /* The cap under which x sees the EAS (paper, eq. 19): tan^2(theta') = area cos(alpha')/d'^2. Departures from the paper:
  * no receiver's cosine, which a solid angle doesn't have; a disc's tangent instead of its small-angle form, so that
  * omega stays below 2 pi as d' goes to 0; cos(alpha) is kept above EAS_GRAZING; seen from behind it is empty (omega 0).
- * From its record the cap is that of the samples. */
+ * From its record the cap is that of the samples. Past the paper, its solid angle changes by the visibility gradient.
+ */
 static inline struct cap eas_translate(const struct eas *eas, float3 x)
 {
-    return eas_seen(eas->position, eas->normal, eas->area, eas->infinite, x);
+    return eas_seen(eas->position, eas->normal, eas->area, eas->visible, eas->uncovered, eas->infinite, x);
 }
 
 /* Radiance that a lobe reflects of `count` EAS at x (paper, eq. 9). */

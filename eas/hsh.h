@@ -14,13 +14,14 @@
  *     rgb radiance = hsh_reflect(hsh, &view, record, order, n, vec3(0, 0, 0));
  *
  * Published, and here:
- * - BRDF: coefficients over a parabolic map of viewers; here over the viewer's elevation alone, turned about the
- * normal, which is the same for isotropic lobes. GGX has F = 1 in the table; Fresnel's mean over the lobe is a factor.
+ * - BRDF: coefficients over a parabolic map of viewers; here over the viewer's elevation, then turned about the normal,
+ *   which is the same for isotropic lobes. GGX has F = 1 in the table; Fresnel's mean over the lobe is a factor.
  * - Order: by the energy of f cos that is lost.
- * - Rotation between curved normals: harmonics_tilt, of the BRDF into the record's frame, which gives the same dot
- *   product as the radiance into the point's for a third of the work. Light from below the record's horizon is missing.
- * - Translation: the gradient by shifted samples (Křivánek et al. 2005): each sample's source stays where it is, and
- * its direction and solid angle change as those of an EAS do (eas_translate); visibility doesn't.
+ * - Rotation between curved normals: of the BRDF into the record's frame (harmonics_tilt), which gives the same dot
+ *   product as that of the radiance into the point's, for a third of the work. Light from below the record's horizon
+ *   is missing.
+ * - Translation: the gradient by shifted samples (Křivánek et al. 2005): what sends a sample stays where it is, and its
+ *   direction and solid angle change as those of an EAS do (eas_translate); visibility doesn't.
  */
 #ifndef EAS_HSH_H
 #define EAS_HSH_H
@@ -35,19 +36,19 @@ enum { HSH_ORDER = 30 };
 
 struct hsh; /* the tables; read-only after building: any thread may use them */
 
-/* Tables for the shapes (type and width) of `count` lobes (> 0), each of the least order that loses no more than
+/* Tables for the shapes (type and width) of `count` lobes, each of the least order that loses no more than
  * `loss`, or else of order `most` (<= HARMONICS_ORDER). Some 0.1 s a shape. NULL: no memory. */
 struct hsh *hsh_build(const struct lobe *lobes, int count, double loss, int most);
 void hsh_free(struct hsh *hsh);
 
-/* The order that a lobe asks for: that of the nearest shape in the tables. */
+/* The order that a lobe asks for: that of the nearest shape in the tables, which must hold one of its type. */
 int hsh_order(const struct hsh *hsh, const struct lobe *lobe);
 
 /* Floats of a record. */
 static inline uint32_t hsh_floats(int order) { return 9 * (uint32_t)(order * order); }
 
-/* Adds samples to a record with normal n. step: how far samples are shifted for the gradient, m: a share of the
- * record's zone. */
+/* Adds samples to a record with normal n. step: how far the gradient looks, m: the reach of the record's zone. Much
+ * less makes it noisy. */
 void hsh_add(const struct hsh *hsh, const struct gather_sample *samples, uint32_t count, float3 n, float step,
              int order, float *record);
 

@@ -49,6 +49,7 @@ static struct eas summarise(const struct gather_sample *samples, const struct tr
                             float3 origin)
 {
     rgb power = {0};
+    float3 uncovered = {0};
     float3 position[2] = {{0}}, normal[2] = {{0}};
     float omega = 0, weight[2] = {0};
     bool infinite = isinf(samples[entries[0].sample].distance);
@@ -62,10 +63,15 @@ static struct eas summarise(const struct gather_sample *samples, const struct tr
             weight[k] += w[k];
         }
         omega += s->omega;
+        uncovered = mad(uncovered, s->uncovered, s->omega);
         power = mad(power, s->radiance, s->omega);
     }
     int k = weight[0] >= FLT_MIN ? 0 : 1; /* below it 1 / weight overflows */
-    return eas_make(origin, scale(position[k], 1 / weight[k]), normal[k], scale(power, 1 / omega), omega, infinite);
+    struct eas eas =
+        eas_make(origin, scale(position[k], 1 / weight[k]), normal[k], scale(power, 1 / omega), omega, infinite);
+    eas.uncovered = scale(uncovered, 1 / omega);
+    eas.visible = 1 - dot(eas.uncovered, origin);
+    return eas;
 }
 
 static bool reserve(struct sample_tree *tree, uint32_t more)

@@ -17,11 +17,12 @@
 
 /* What one gather ray brought. */
 struct gather_sample {
-    float3 dir;     /* unit, from the record */
-    float distance; /* m, to what sends the light; INFINITY: from the environment */
-    float3 normal;  /* of what sends it, unit, on the record's side; unused at infinity */
-    rgb radiance;   /* W/m2/sr */
-    float omega;    /* the solid angle it stands for, sr */
+    float3 dir;       /* unit, from the record */
+    float distance;   /* m, to what sends the light; INFINITY: from the environment */
+    float3 normal;    /* of what sends it, unit, on the record's side; unused at infinity */
+    rgb radiance;     /* W/m2/sr */
+    float omega;      /* the solid angle it stands for, sr */
+    float3 uncovered; /* share of it that a step uncovers, 1/m (occlusion.h) */
 };
 
 struct tree_node {

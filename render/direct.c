@@ -164,7 +164,7 @@ static bool probe(const struct shadow *s, float at, int origin, float weight, rg
         else high = middle;
     }
     float own = luminance(s->light[low]);
-    if (own <= 0) return false; /* rounding: beyond the last */
+    if (own <= 1e-30f) return false; /* beyond the last, by rounding; or its reciprocal might be no number */
     rgb share = scale(s->light[low], weight / own);
     bool through = cell_lit(s->direct, s->point, s->origins[origin % s->origin_count], low, &s->cells[low], s->rng);
     *asked = add(*asked, share);

@@ -31,9 +31,11 @@ static bool reserve(struct record_scratch *scratch, uint32_t strata, uint32_t ra
         free(scratch->all);
         free(scratch->first);
         free(scratch->sides);
+        free(scratch->occlusions);
         scratch->all = malloc(strata * sizeof *scratch->all);
         scratch->first = malloc(strata * sizeof *scratch->first);
         scratch->sides = malloc(strata * sizeof *scratch->sides);
+        scratch->occlusions = malloc(strata * sizeof *scratch->occlusions);
         scratch->strata = strata;
     }
     if (rays > scratch->rays) {
@@ -46,8 +48,8 @@ static bool reserve(struct record_scratch *scratch, uint32_t strata, uint32_t ra
         scratch->rays = rays;
     }
     if (!scratch->eas) scratch->eas = malloc((size_t)SELECT.most * sizeof *scratch->eas);
-    return scratch->all && scratch->first && scratch->sides && scratch->surface && scratch->mirrored &&
-           scratch->infinite && scratch->eas;
+    return scratch->all && scratch->first && scratch->occlusions && scratch->sides && scratch->surface &&
+           scratch->mirrored && scratch->infinite && scratch->eas;
 }
 
 void record_scratch_free(struct record_scratch *scratch)
@@ -58,6 +60,7 @@ void record_scratch_free(struct record_scratch *scratch)
     free(scratch->infinite);
     free(scratch->first);
     free(scratch->sides);
+    free(scratch->occlusions);
     for (int i = 0; i < 3; i++) sample_tree_free(&scratch->trees[i]);
     select_free(&scratch->select);
     free(scratch->eas);
@@ -133,12 +136,20 @@ static bool is_hot(const struct gather_sample *all, const struct plan *plan, int
     return false;
 }
 
-/* Sorts a gathered ray's light among the samples that EAS are made of: on surfaces, in mirrors, at infinity. */
-static void sort_sample(const struct gathered *light, float3 dir, float omega, struct record_scratch *scratch,
-                        uint32_t counts[3])
+/* Sorts a gathered ray's light among the samples that EAS are made of: on surfaces, in mirrors, at infinity. `share`:
+ * its part of the stratum's solid angle. */
+static void sort_sample(const struct gathered *light, float3 dir, float omega, float share,
+                        const struct occlusion *occlusion, struct record_scratch *scratch, uint32_t counts[3])
 {
-    struct gather_sample s = {dir, light->distance, light->normal, light->surface, omega};
-    struct gather_sample m = {dir, light->mirrored_distance, scale(dir, -1), light->mirrored, omega};
+    struct gather_sample s = {dir,           light->distance,
+                              light->normal, light->surface,
+                              omega * share, occlusion_uncovered(occlusion, light->distance, omega)};
+    struct gather_sample m = {dir,
+                              light->mirrored_distance,
+                              scale(dir, -1),
+                              light->mirrored,
+                              omega * share,
+                              occlusion_uncovered(occlusion, light->mirrored_distance, omega)};
     if (isinf(s.distance)) scratch->infinite[counts[2]++] = s;
     else scratch->surface[counts[0]++] = s;
     if (is_black(m.radiance)) return;
@@ -219,18 +230,19 @@ void record_make(const struct model *model, const struct diffuse_cache *bounced,
         struct gathered *first = &scratch->first[i];
         float3 dir;
         *first = send(model, bounced, point, &plan, i, 0, 1, &rng, &dir);
-        scratch->all[i] =
-            (struct gather_sample){dir, first->distance, first->normal, add(first->surface, first->mirrored), omega};
+        scratch->all[i] = (struct gather_sample){
+            dir, first->distance, first->normal, add(first->surface, first->mirrored), omega, vec3(0, 0, 0)};
         nearest = minf(nearest, first->distance);
     }
     plan_rays(draft, minf(ZONE_SHARE * nearest, plan.most), &plan);
     draft->failed = draft->failed || !reserve(scratch, (uint32_t)strata, choose_sides(&plan, scratch));
     if (draft->failed) return;
+    occlusion_of(scratch->all, plan.grid, plan.frame, scratch->occlusions);
     struct gather_sample *all = scratch->all;
     for (int i = 0; i < strata; i++) {
         int side = scratch->sides[i];
         if (side == 1) {
-            sort_sample(&scratch->first[i], all[i].dir, omega, scratch, counts);
+            sort_sample(&scratch->first[i], all[i].dir, omega, 1, &scratch->occlusions[i], scratch, counts);
             continue;
         }
         float share = 1 / (float)(side * side);
@@ -242,7 +254,7 @@ void record_make(const struct model *model, const struct diffuse_cache *bounced,
             all[i].distance = minf(all[i].distance, light.distance);
             sum = add(sum, add(light.surface, light.mirrored));
             direction = add(direction, dir);
-            sort_sample(&light, dir, omega * share, scratch, counts);
+            sort_sample(&light, dir, omega, share, &scratch->occlusions[i], scratch, counts);
         }
         all[i].radiance = scale(sum, share);
         all[i].dir = normalize(direction);

@@ -4,7 +4,7 @@
 #define RENDER_RECORD_H
 
 #include "eas/hsh.h"
-#include "eas/irradiance.h"
+#include "eas/occlusion.h"
 #include "eas/select.h"
 #include "render/gather.h"
 
@@ -31,8 +31,9 @@ struct draft {
 struct record_scratch {
     uint32_t strata, rays; /* room */
     struct gather_sample *all, *surface, *mirrored, *infinite;
-    struct gathered *first; /* of each stratum */
-    int *sides;             /* into how many parts a side each stratum is split */
+    struct gathered *first;       /* of each stratum */
+    struct occlusion *occlusions; /* of each stratum */
+    int *sides;                   /* into how many parts a side each stratum is split */
     struct sample_tree trees[3];
     struct select_scratch select;
     struct eas *eas;

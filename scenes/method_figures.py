@@ -13,6 +13,7 @@ from measure import EXPONENTS, RECORD_PIXEL, disc
 
 DIFFERENCE = "|result − reference| / mean: blue .05, green .1, yellow .2, red .5, white 1"
 HALF = "half the memory"
+PAPER_EAS_BYTES = 40  # its table 10's KB a record over its table 8's EAS a record
 EAS_COLOUR, HSH_COLOUR = "#ee6677", "#4477aa"
 
 
@@ -135,13 +136,17 @@ def least(shown, method, bar):
     return min((s for s in shown if s.method == method and s.cv <= bar), key=lambda s: s.bytes, default=None)
 
 
+def times(ratios):
+    return ", ".join(f"{ratio:.1f} (n = {n})" for n, ratio in ratios.items())
+
+
 def memory_sentence(ratios, bar):
     """ratios: exponent to bytes of EAS over those of HSH to the same error."""
     holds = ", ".join(str(n) for n, ratio in ratios.items() if ratio <= .5)
-    times = ", ".join(f"{ratio:.1f} (n = {n})" for n, ratio in ratios.items())
     verdict = f"holds for n = {holds} only" if holds else "doesn't hold for any n"
     verdict = "holds" if all(ratio <= .5 for ratio in ratios.values()) else verdict
-    return f"The paper's “{HALF}” {verdict}: to CV(RMSE) {bar} EAS take, times the bytes of HSH with gradients, {times}."
+    return (f"The paper's “{HALF}” {verdict}: to CV(RMSE) {bar} EAS take, times the bytes of HSH with gradients, "
+            f"{times(ratios)}.")
 
 
 def _equal_error(n, shown, bar):
@@ -166,7 +171,7 @@ def _memory_curves(measured, shown):
 
 def figure14(measured, task):
     bars, bar = (.1, .05, .02), .05
-    panels, table, rows, ratios = [], [], [], {}
+    panels, table, rows, ratios, bare = [], [], [], {}, {}
     gallery = {name: [name] for name in ("samples (eq. 17)", "HSH", "HSH: difference", "EAS", "EAS: difference")}
     for n in EXPONENTS:
         reference, shown = measured[task][n]
@@ -180,6 +185,7 @@ def figure14(measured, task):
         found = {name: least(shown, name.lower(), bar) or [s for s in shown if s.method == name.lower()][-1]
                  for name in ("HSH", "EAS")}
         ratios[n] = found["EAS"].bytes / found["HSH"].bytes
+        bare[n] = found["EAS"].count * PAPER_EAS_BYTES / found["HSH"].bytes
         for name, s in found.items():
             file = f"figure14_{n}_{name}"
             size = f"order {s.count}" if name == "HSH" else f"{s.count} EAS"
@@ -192,9 +198,11 @@ def figure14(measured, task):
         page.paragraph("Hemispherical harmonics and EAS on the record and the samples of figure 13, at equal error: "
                        f"the least order and the fewest EAS with a CV(RMSE) of at most {bar} ({DIFFERENCE}). The paper "
                        "has equal KB at n = 5, and EAS far smaller above."),
-        page.paragraph(memory_sentence(ratios, bar), "This is the error at the record itself, where harmonics converge "
-                       "as fast as the lobe is smooth. For the parallax an EAS has its place, HSH need gradients, "
-                       "which are in the KB: an EAS takes 44 bytes, order N takes 36 N² bytes, 12 N² without gradients."),
+        page.paragraph(memory_sentence(ratios, bar), f"An EAS has {found['EAS'].bytes // found['EAS'].count} bytes, the "
+                       f"visibility gradient among them; at the paper's {PAPER_EAS_BYTES} it would be {times(bare)}. "
+                       "Order N takes 36 N² bytes, 12 N² without gradients. This is the error at the record itself, "
+                       "where harmonics converge as fast as the lobe is smooth; for the parallax an EAS has its place, "
+                       "HSH need the gradients."),
         page.gallery([""] + [f"n = {n}" for n in EXPONENTS], list(gallery.values())),
         page.figure("figure14.svg", "Error by memory."),
         page.table(["n", "CV(RMSE) at most", "HSH: order", "CV(RMSE)", "KB", "KB without gradients", "EAS", "CV(RMSE)",

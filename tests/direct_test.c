@@ -12,10 +12,10 @@
 static const float RADIANCE = 10;
 
 /* A floor under a square lamp of side 1 at height 1.5 that is a mesh of two triangles and faces down. */
-static struct stage *lamp_over_floor(float kd, float ks, float exponent)
+static struct stage *lamp_over_floor(float kd, float ks, float exponent, float radiance)
 {
     struct stage *s = new_stage();
-    struct scene_material lamp = grey(0, 0, 0, RADIANCE);
+    struct scene_material lamp = grey(0, 0, 0, radiance);
     lamp.emission_front_only = true;
     add_quad(s, vec3(0, 0, 0), vec3(4, 0, 0), vec3(0, 4, 0), grey(kd, ks, exponent, 0));
     add_quad(s, vec3(0, 0, 1.5f), vec3(0, .5f, 0), vec3(.5f, 0, 0), lamp);
@@ -71,7 +71,7 @@ static void unshadowed(void **state)
     const float exponents[] = {20, 100, 200};
     for (int k = 0; k < 3; k++)
         for (int place = -2; place <= 2; place++) {
-            struct stage *s = lamp_over_floor(0, .5f, exponents[k]);
+            struct stage *s = lamp_over_floor(0, .5f, exponents[k], RADIANCE);
             struct model model = build(s);
             struct point point = floor_point(&model, vec3(-1.5f, .2f, 1.4f), vec3(.4f * (float)place, 0, 0));
             float truth = (float)quadrature(&point, INFINITY);
@@ -84,7 +84,7 @@ static void unshadowed(void **state)
 /* A blocker that hides the lamp's half x > 0 from the point: the mean over seeds within 2 % of quadrature. */
 static void half_shadowed(void **state)
 {
-    struct stage *s = lamp_over_floor(.3f, .5f, 40);
+    struct stage *s = lamp_over_floor(.3f, .5f, 40, RADIANCE);
     add_quad(s, vec3(.5f, 0, .75f), vec3(.5f, 0, 0), vec3(0, 1, 0), grey(0, 0, 0, 0));
     struct model model = build(s);
     struct point point = floor_point(&model, vec3(-1.5f, 0, 1.4f), vec3(0, 0, 0));
@@ -97,13 +97,26 @@ static void half_shadowed(void **state)
 /* A lobe too narrow for the cells: the share left to light sampling is the MIS-weighted one, so less than all. */
 static void unresolved(void **state)
 {
-    struct stage *s = lamp_over_floor(0, .5f, 2000);
+    struct stage *s = lamp_over_floor(0, .5f, 2000, RADIANCE);
     struct model model = build(s);
     struct point point = floor_point(&model, vec3(-.2f, 0, 1.2f), vec3(0, 0, 0));
     assert_false(direct_resolves(&point.brdf));
     float truth = (float)quadrature(&point, INFINITY), sum = 0;
     for (uint64_t seed = 0; seed < 400; seed++) sum += rendered(&model, *state, &point, seed) / 400;
     assert_true(sum > 0 && sum < truth);
+    end(s, &model);
+}
+
+/* Light too faint for single precision, as far off a lobe, is a number. */
+static void faint(void **state)
+{
+    struct stage *s = lamp_over_floor(0, .5f, 20, 1e-40f);
+    struct model model = build(s);
+    struct point point = floor_point(&model, vec3(-1.5f, .2f, 1.4f), vec3(0, 0, 0));
+    for (uint64_t seed = 1; seed <= 3; seed++) {
+        float light = rendered(&model, *state, &point, seed);
+        assert_true(light >= 0 && light < 1e-30f);
+    }
     end(s, &model);
 }
 
@@ -148,8 +161,8 @@ static int teardown(void **state) { return mean_brdf_free(*state), 0; }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(unshadowed), cmocka_unit_test(half_shadowed),
-                                       cmocka_unit_test(unresolved), cmocka_unit_test(closed_emitter),
-                                       cmocka_unit_test(sequences_are_stratified)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(unshadowed),     cmocka_unit_test(half_shadowed),
+                                       cmocka_unit_test(unresolved),     cmocka_unit_test(faint),
+                                       cmocka_unit_test(closed_emitter), cmocka_unit_test(sequences_are_stratified)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }

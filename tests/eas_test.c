@@ -97,6 +97,24 @@ static void empty_from_behind(void **state)
     assert_float_equal(eas_translate(&eas, vec3(0, 0, 0)).omega, .1f, 1e-5f);
 }
 
+/* The visibility gradient: all of it at the record, less or more by the step, none at the least, twice at the most. */
+static void uncovered(void **state)
+{
+    (void)state;
+    const float3 origin = {3, 2, 1}, gradient = {2, 0, 0};
+    for (int infinite = 0; infinite < 2; infinite++) {
+        struct eas eas = eas_make(origin, vec3(3, 2, 9), vec3(0, 0, -1), WHITE, .1f, infinite);
+        struct eas plain = eas;
+        eas.uncovered = gradient;
+        eas.visible = 1 - dot(gradient, origin);
+        const float steps[] = {0, .2f, -.2f, -.7f, .9f}, shares[] = {1, 1.4f, .6f, 0, 2};
+        for (int i = 0; i < 5; i++) {
+            float3 x = add(origin, vec3(steps[i], .4f, 0));
+            assert_float_equal(eas_translate(&eas, x).omega / eas_translate(&plain, x).omega, shares[i], 1e-5f);
+        }
+    }
+}
+
 static void infinity_unmoved(void **state)
 {
     (void)state;
@@ -158,12 +176,9 @@ static int teardown(void **state) { return mean_brdf_free(*state), 0; }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(identity_at_record),
-                                       cmocka_unit_test(translation_of_a_disc),
-                                       cmocka_unit_test(bounded_nearby),
-                                       cmocka_unit_test(empty_from_behind),
-                                       cmocka_unit_test(infinity_unmoved),
-                                       cmocka_unit_test(reflected),
-                                       cmocka_unit_test(many)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(identity_at_record), cmocka_unit_test(translation_of_a_disc),
+                                       cmocka_unit_test(bounded_nearby),     cmocka_unit_test(empty_from_behind),
+                                       cmocka_unit_test(infinity_unmoved),   cmocka_unit_test(uncovered),
+                                       cmocka_unit_test(reflected),          cmocka_unit_test(many)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -177,7 +177,7 @@ static void random_samples(struct gather_sample *samples, int count, float3 n, f
         float z = low + (1 - low) * rng_float(rng), phi = 2 * PI * rng_float(rng), level = sqrtf(1 - z * z);
         float3 dir = to_world(frame_about(n), vec3(level * cosf(phi), level * sinf(phi), z));
         rgb radiance = {rng_float(rng), 2 * rng_float(rng), rng_float(rng)};
-        samples[i] = (struct gather_sample){dir, 1 + rng_float(rng), scale(dir, -1), radiance, .01f};
+        samples[i] = (struct gather_sample){dir, 1 + rng_float(rng), scale(dir, -1), radiance, .01f, {0, 0, 0}};
     }
 }
 
@@ -265,7 +265,8 @@ static int gather_disc(float3 p, struct gather_sample **samples)
         float level = sqrtf(1 - z * z);
         float3 dir = {level * cosf(phi), level * sinf(phi), z}, q = mad(p, dir, 1 / z);
         if (sqr(q.x - .4f) + sqr(q.y) < sqr(.6f))
-            (*samples)[count++] = (struct gather_sample){dir, 1 / z, {0, 0, -1}, {2, 2, 2}, 2 * PI / (ROWS * COLUMNS)};
+            (*samples)[count++] =
+                (struct gather_sample){dir, 1 / z, {0, 0, -1}, {2, 2, 2}, 2 * PI / (ROWS * COLUMNS), {0, 0, 0}};
     }
     return count;
 }
@@ -331,7 +332,7 @@ static void albedo_of_ggx(void **state)
     assert_true(ggx && sky);
     for (int i = 0; i < SAMPLES; i++) {
         struct node q = node(i, ROWS, COLUMNS);
-        sky[i] = (struct gather_sample){q.dir, INFINITY, {0, 0, 0}, {1, 1, 1}, q.weight};
+        sky[i] = (struct gather_sample){q.dir, INFINITY, {0, 0, 0}, {1, 1, 1}, q.weight, {0, 0, 0}};
     }
     int order = hsh_order(ggx, &lobes[0]);
     float *record = calloc(hsh_floats(order), sizeof *record);

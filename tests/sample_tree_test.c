@@ -32,8 +32,12 @@ static struct gather_case *new_case(bool infinite, bool half_black)
         float3 local = gather_direction(grid, i / grid.columns, i % grid.columns, u, v),
                dir = to_world(c->frame, local);
         float bright = half_black && local.x < 0 ? 0 : (float)(i + 1);
-        c->samples[i] = (struct gather_sample){dir, infinite ? INFINITY : 1 + rng_float(&rng), scale(dir, -1),
-                                               vec3(bright, .5f * bright, 1 - u), 2 * PI / COUNT};
+        c->samples[i] = (struct gather_sample){dir,
+                                               infinite ? INFINITY : 1 + rng_float(&rng),
+                                               scale(dir, -1),
+                                               vec3(bright, .5f * bright, 1 - u),
+                                               2 * PI / COUNT,
+                                               vec3(0, 0, 0)};
         if (bright == 0) c->samples[i].radiance = vec3(0, 0, 0);
     }
     assert_true(sample_tree_build(&c->tree, c->samples, COUNT, ORIGIN, c->frame));
@@ -213,7 +217,8 @@ static void corner_cases(void **state)
     (void)state;
     struct sample_tree tree = {0};
     struct frame frame = frame_about(vec3(0, 0, 1));
-    struct gather_sample s = {vec3(.6f, 0, .8f), 2, vec3(0, 0, -1), vec3(1, 2, 3), .1f}, twins[] = {s, s, s};
+    struct gather_sample s = {vec3(.6f, 0, .8f), 2, vec3(0, 0, -1), vec3(1, 2, 3), .1f, vec3(0, 0, 0)},
+                         twins[] = {s, s, s};
     assert_true(sample_tree_build(&tree, twins, 3, ORIGIN, frame));
     assert_int_equal(tree.node_count, 1);
     assert_int_equal(tree.nodes[0].sample_count, 3);

@@ -33,7 +33,8 @@ static void light(struct scene_light *s, float (*radiance)(float3 local), float 
         float3 local = gather_direction(grid, i / grid.columns, i % grid.columns, u, v);
         float3 dir = to_world(s->place.frame, local);
         float l = radiance(local);
-        s->samples[i] = (struct gather_sample){dir, distance, scale(dir, -1), vec3(l, l, l), 2 * PI / COUNT};
+        s->samples[i] =
+            (struct gather_sample){dir, distance, scale(dir, -1), vec3(l, l, l), 2 * PI / COUNT, vec3(0, 0, 0)};
     }
     assert_true(sample_tree_build(&s->tree, s->samples, COUNT, ORIGIN, s->place.frame));
     for (int i = 0; i < COUNT; i++) {

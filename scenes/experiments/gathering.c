@@ -10,7 +10,8 @@ bool gathering_make(const struct model *model, const struct diffuse_cache *bounc
 {
     struct gather_grid grid = gather_grid(rays);
     struct gathering *g = gathering;
-    *g = (struct gathering){.p = p, .frame = frame_about(n), .count = (uint32_t)(grid.rows * grid.columns)};
+    *g = (struct gathering){
+        .p = p, .frame = frame_about(n), .grid = grid, .count = (uint32_t)(grid.rows * grid.columns)};
     g->surface = malloc(g->count * sizeof *g->surface);
     g->mirrored = malloc(g->count * sizeof *g->mirrored);
     if (!g->surface || !g->mirrored) return false;
@@ -23,8 +24,9 @@ bool gathering_make(const struct model *model, const struct diffuse_cache *bounc
         int row = (int)i / grid.columns, column = (int)i % grid.columns;
         float3 dir = to_world(g->frame, gather_direction(grid, row, column, u, v));
         struct gathered light = gather(model, bounced, (struct ray){origin, dir}, &rng, NULL);
-        g->surface[i] = (struct gather_sample){dir, light.distance, light.normal, light.surface, omega};
-        g->mirrored[i] = (struct gather_sample){dir, light.mirrored_distance, scale(dir, -1), light.mirrored, omega};
+        g->surface[i] = (struct gather_sample){dir, light.distance, light.normal, light.surface, omega, vec3(0, 0, 0)};
+        g->mirrored[i] =
+            (struct gather_sample){dir, light.mirrored_distance, scale(dir, -1), light.mirrored, omega, vec3(0, 0, 0)};
     }
     return true;
 }

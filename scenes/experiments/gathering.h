@@ -12,6 +12,7 @@
 struct gathering {
     float3 p;
     struct frame frame; /* about the normal */
+    struct gather_grid grid;
     uint32_t count;
     struct gather_sample *surface, *mirrored;
 };

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "eas/hsh.h"
+#include "eas/occlusion.h"
 #include "eas/select.h"
 #include "scenes/experiments/gathering.h"
 
@@ -12,8 +13,12 @@ enum { RECORD_RAYS = 4000, TRUTH_RAYS = 16000, POINTS = 24, VIEWERS = 128, SEED_
 static const float3 RECORD = {.35f, 1, .9f}, NORMAL = {0, -1, 0};
 #define DISTANCE .1f
 
-const char *const SHIFT_NAMES[SHIFT_WAYS] = {"not moved", "pinned to what was hit (the paper)", "mirrors' images apart",
-                                             "HSH with gradients", "noise of as many rays"};
+const char *const SHIFT_NAMES[SHIFT_WAYS] = {"not moved",
+                                             "pinned to what was hit (the paper)",
+                                             "mirrors' images apart",
+                                             "with the visibility gradient",
+                                             "HSH with gradients",
+                                             "noise of as many rays"};
 const float SHIFT_EXPONENT[SHIFT_EXPONENTS] = {100, 200};
 
 /* A record for one lobe. */
@@ -47,30 +52,37 @@ static float3 shifted(int i)
     return add(RECORD, vec3(DISTANCE * cosf(phi), 0, DISTANCE * sinf(phi)));
 }
 
-/* The samples as a way sees them: `first` and, where the way keeps them apart, the mirrored ones after them. Returns
+/* The samples as a way sees them: `samples` and, where the way keeps them apart, the mirrored ones after them. Returns
  * how many are mirrored. */
-static uint32_t arrange(const struct gathering *g, enum shift_way way, struct gather_sample *first)
+static uint32_t arrange(const struct gathering *g, enum shift_way way, const struct occlusion *occlusions,
+                        struct gather_sample *samples)
 {
-    bool apart = way == SHIFT_TRANSLATED || way == SHIFT_HSH;
-    uint32_t mirrored = 0;
+    struct gather_sample *mirrored = samples + g->count;
+    bool apart = way >= SHIFT_IMAGES, uncovers = way == SHIFT_TRANSLATED;
+    uint32_t count = 0;
     for (uint32_t i = 0; i < g->count; i++) {
-        first[i] = g->surface[i];
-        if (!apart) first[i].radiance = add(first[i].radiance, g->mirrored[i].radiance);
-        if (way == SHIFT_STAY) first[i].distance = INFINITY;
-        if (apart && !is_black(g->mirrored[i].radiance)) first[g->count + mirrored++] = g->mirrored[i];
+        struct gather_sample s = g->surface[i], m = g->mirrored[i];
+        if (!apart) s.radiance = add(s.radiance, m.radiance);
+        if (way == SHIFT_STAY) s.distance = INFINITY;
+        if (uncovers) {
+            s.uncovered = occlusion_uncovered(&occlusions[i], s.distance, s.omega);
+            m.uncovered = occlusion_uncovered(&occlusions[i], m.distance, m.omega);
+        }
+        samples[i] = s;
+        if (apart && !is_black(m.radiance)) mirrored[count++] = m;
     }
-    return mirrored;
+    return count;
 }
 
-static bool choose_eas(const struct gathering *g, const struct mean_brdf *tables, enum shift_way way,
-                       struct gather_sample *samples, struct seen *seen)
+static bool choose_eas(const struct gathering *g, const struct occlusion *occlusions, const struct mean_brdf *tables,
+                       enum shift_way way, struct gather_sample *samples, struct seen *seen)
 {
     static const struct select_options options = SELECT_DEFAULTS;
     struct select_place place = {
         .origin = RECORD, .frame = g->frame, .wo = viewer(40), .radius = way == SHIFT_STAY ? 0 : DISTANCE};
     struct select_scratch scratch = {0};
     struct sample_tree trees[2] = {{0}};
-    uint32_t mirrored = arrange(g, way, samples);
+    uint32_t mirrored = arrange(g, way, occlusions, samples);
     seen->eas[way] = malloc((size_t)options.most * sizeof **seen->eas);
     bool good = seen->eas[way] && sample_tree_build(&trees[0], samples, g->count, g->p, g->frame) &&
                 sample_tree_build(&trees[1], samples + g->count, mirrored, g->p, g->frame);
@@ -83,7 +95,7 @@ static bool choose_eas(const struct gathering *g, const struct mean_brdf *tables
 
 static bool choose_hsh(const struct gathering *g, struct gather_sample *samples, struct seen *seen)
 {
-    uint32_t count = g->count + arrange(g, SHIFT_HSH, samples);
+    uint32_t count = g->count + arrange(g, SHIFT_HSH, NULL, samples);
     seen->hsh = hsh_build(&seen->lobe, 1, HSH_LOSS, HARMONICS_ORDER);
     if (!seen->hsh) return false;
     seen->order = hsh_order(seen->hsh, &seen->lobe);
@@ -96,10 +108,14 @@ static bool choose_hsh(const struct gathering *g, struct gather_sample *samples,
 static bool see(const struct gathering *g, const struct mean_brdf *tables, struct seen *seen)
 {
     struct gather_sample *samples = malloc(2 * (size_t)g->count * sizeof *samples);
-    bool good = samples;
-    for (int way = 0; good && way < SHIFT_HSH; way++) good = choose_eas(g, tables, (enum shift_way)way, samples, seen);
+    struct occlusion *occlusions = malloc(g->count * sizeof *occlusions);
+    bool good = samples && occlusions;
+    if (good) occlusion_of(g->surface, g->grid, g->frame, occlusions);
+    for (int way = 0; good && way < SHIFT_HSH; way++)
+        good = choose_eas(g, occlusions, tables, (enum shift_way)way, samples, seen);
     good = good && choose_hsh(g, samples, seen);
     free(samples);
+    free(occlusions);
     return good;
 }
 

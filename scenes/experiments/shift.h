@@ -12,7 +12,8 @@
 enum shift_way {
     SHIFT_STAY,       /* EAS in the directions in which the record sees them */
     SHIFT_PINNED,     /* EAS on the surface that was hit, whatever it mirrors: the paper */
-    SHIFT_TRANSLATED, /* what is mirrored at its virtual image */
+    SHIFT_IMAGES,     /* what is mirrored at its virtual image */
+    SHIFT_TRANSLATED, /* the same, with the visibility gradient: what the renderer does */
     SHIFT_HSH,        /* harmonics with gradients */
     SHIFT_FRESH,      /* no record: as many rays as it has, at the point itself: their noise */
     SHIFT_WAYS
