@@ -54,7 +54,7 @@ def cuts(measured, task):
     text = page.paragraph(
         "The mean of a Phong lobe over a cone of directions (eq. 8) by the viewer's angle; a row a solid angle Ω, a "
         "column an elevation θ of the cone's axis. V1 is the plane of axis and normal, V2 the one across it through "
-        "the largest value. Red: quadrature. Blue: the paper's way, Lafortune lobes fitted to it. Dotted: what is used.")
+        "the largest value. Red: quadrature. Blue: the paper's way, Lafortune lobes fitted to it. Dotted: ours.")
     caption = "Largest error over a table's cuts, of each cut's largest value"
     return [text, page.table(["", "n", "cut", "Lafortune fit", "default"], table, caption), *pieces], rows
 
@@ -198,11 +198,11 @@ def figure14(measured, task):
         page.paragraph("Hemispherical harmonics and EAS on the record and the samples of figure 13, at equal error: "
                        f"the least order and the fewest EAS with a CV(RMSE) of at most {bar} ({DIFFERENCE}). The paper "
                        "has equal KB at n = 5, and EAS far smaller above."),
-        page.paragraph(memory_sentence(ratios, bar), f"An EAS has {found['EAS'].bytes // found['EAS'].count} bytes, the "
-                       f"visibility gradient among them; at the paper's {PAPER_EAS_BYTES} it would be {times(bare)}. "
-                       "Order N takes 36 N² bytes, 12 N² without gradients. This is the error at the record itself, "
-                       "where harmonics converge as fast as the lobe is smooth; for the parallax an EAS has its place, "
-                       "HSH need the gradients."),
+        page.paragraph(memory_sentence(ratios, bar),
+                       f"An EAS has {found['EAS'].bytes // found['EAS'].count} bytes, the visibility gradient among "
+                       f"them; at the paper's {PAPER_EAS_BYTES} it would be {times(bare)}. Order N takes 36 N² bytes, "
+                       "12 N² without gradients. This is the error at the record itself, where harmonics converge as "
+                       "fast as the lobe is smooth; for the parallax an EAS has its place, HSH need the gradients."),
         page.gallery([""] + [f"n = {n}" for n in EXPONENTS], list(gallery.values())),
         page.figure("figure14.svg", "Error by memory."),
         page.table(["n", "CV(RMSE) at most", "HSH: order", "CV(RMSE)", "KB", "KB without gradients", "EAS", "CV(RMSE)",

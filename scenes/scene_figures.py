@@ -63,8 +63,8 @@ def table8(measured, *tasks):
         rows += [(str(task), *row) for row in zip(quantities, ours, TABLE8[task])]
     columns = ["Scene", "Exponents", "Light in the records"] + [name for each in quantities for name in (each, "paper")]
     return [page.paragraph("Zones are bounded in pixels here, so that the number of records follows the picture's "
-                           "size, which the paper doesn't give. MB are all caches, among them the diffuse cache, which the "
-                           "paper hasn't. For Matpreview it gives one number of all records."),
+                           "size, which the paper doesn't give. MB are all caches, among them the diffuse cache, which "
+                           "the paper hasn't. For Matpreview it gives one number of all records."),
             page.table(columns, table)], rows
 
 
