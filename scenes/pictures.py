@@ -18,12 +18,11 @@ import OpenImageIO  # noqa: E402
 def read(path, layer="Combined"):
     """The R, G, B of a layer: an array (height, width, 3) of linear floats, row 0 at the top."""
     picture = OpenImageIO.ImageBuf(path)
+    if not picture.read(0, 0, True):
+        sys.exit(f"{path}: {picture.geterror()}")
     names = list(picture.spec().channelnames)
     channels = [next(i for i, name in enumerate(names) if name.endswith(f"{layer}.{c}")) for c in "RGB"]
-    pixels = picture.get_pixels(OpenImageIO.FLOAT)
-    if picture.has_error:
-        sys.exit(f"{path}: {picture.geterror()}")
-    return numpy.ascontiguousarray(pixels[:, :, channels])
+    return numpy.ascontiguousarray(picture.get_pixels(OpenImageIO.FLOAT)[:, :, channels])
 
 
 def write_half(path, layers):
@@ -43,6 +42,21 @@ def display(linear):
     """Blender's view transform "Standard" at exposure 0: the sRGB curve, cut off at 0 and 1."""
     x = numpy.clip(linear, 0, 1)
     return numpy.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055).astype(numpy.float32)
+
+
+def false_colour(error):
+    """Display values of an error by the scale of render/compare.h's pictures."""
+    at = (0, .02, .05, .1, .2, .5, 1)
+    colours = ((0, 0, 0), (0, 0, .4), (0, .2, 1), (0, .7, .2), (1, 1, 0), (.9, 0, 0), (1, 1, 1))
+    return numpy.stack([numpy.interp(error, at, channel) for channel in zip(*colours)], axis=-1)
+
+
+def shrink(pixels, factor):
+    """Means over factor x factor pixels; what is over at the right and below is squeezed in."""
+    height, width, channels = pixels.shape
+    size = (max(width // factor, 1), max(height // factor, 1))
+    return numpy.stack([numpy.asarray(Image.fromarray(pixels[:, :, c]).resize(size, Image.Resampling.BOX))
+                        for c in range(channels)], axis=-1)
 
 
 def flip(picture, reference):

@@ -47,13 +47,18 @@ def _set(assignments):
     return [word for assignment in assignments for word in ("--set", assignment)]
 
 
-def burnish(scene, out, method, samples, threads, seed=0, assignments=()):
-    """Renders and returns the numbers of --stats; assignments: what --set takes."""
+def burnish(scene, out, method, samples, threads, seed=0, assignments=(), more=()):
+    """Renders and returns the numbers of --stats; assignments: what --set takes; more: other options."""
     stats = out.replace(".exr", ".json")
     _call([PROGRAM, "render", scene, "-o", out, "--method", method, "--spp", str(samples), "--threads", str(threads),
-           "--seed", str(seed), "--stats", stats, *_set(assignments)])
+           "--seed", str(seed), "--stats", stats, *_set(assignments), *more])
     with open(stats, encoding="utf-8") as file:
         return json.load(file)
+
+
+def experiment(*arguments):
+    """The CSV that a command of paper_experiments prints."""
+    return _call([os.path.join(os.path.dirname(PROGRAM), "paper_experiments"), *map(str, arguments)])
 
 
 def cycles(name, out, samples, threads, seed=0, denoise=False, assignments=()):

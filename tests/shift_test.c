@@ -6,22 +6,13 @@
 #include <stddef.h>
 #include <cmocka.h>
 
-#include "eas/occlusion.h"
-#include "eas/select.h"
-#include "render/gather.h"
+#include "scenes/experiments/shift.h"
 #include "tests/stage.h"
-
-enum { RECORD_RAYS = 4000, TRUTH_RAYS = 16000, POINTS = 24, DIRECTIONS = 128, MOST_EAS = 4000 };
-
-/* The record, on the back wall, and how far the points are from it: 5 % of the room's 2 m. */
-static const float3 RECORD = {.35f, 1, .9f}, NORMAL = {0, -1, 0};
-#define SHIFT .1f
 
 struct room {
     struct stage *stage;
     struct model model;
     struct diffuse_cache cache;
-    struct mean_brdf *tables;
 };
 
 static void add_box(struct stage *s, float3 centre, float3 half, float degrees, struct scene_material material)
@@ -61,159 +52,32 @@ static int setup(void **state)
     char error[SCENE_ERROR];
     struct progress quiet = {.quiet = true};
     room->model = build(s);
-    room->tables = mean_brdf_build();
     *state = room;
-    return diffuse_cache_build(&room->model, 5, &quiet, &room->cache, error) && room->tables ? 0 : -1;
+    return diffuse_cache_build(&room->model, 5, &quiet, &room->cache, error) ? 0 : -1;
 }
 
 static int teardown(void **state)
 {
     struct room *room = *state;
     diffuse_cache_free(&room->cache);
-    mean_brdf_free(room->tables);
     end(room->stage, &room->model);
     free(room);
     return 0;
 }
 
-/* Light that arrives at a point of the wall: so many rays' samples, on surfaces and in mirrors. */
-struct samples {
-    uint32_t count;
-    struct gather_sample surface[TRUTH_RAYS + 400], mirrored[TRUTH_RAYS + 400];
-};
-
-static void gather_samples(const struct room *room, float3 p, int rays, uint64_t seed, struct samples *out)
-{
-    struct gather_grid grid = gather_grid(rays);
-    struct frame frame = frame_about(NORMAL);
-    int count = grid.rows * grid.columns;
-    float omega = 2 * PI / (float)count;
-    out->count = (uint32_t)count;
-#pragma omp parallel for schedule(dynamic, 64)
-    for (int i = 0; i < count; i++) {
-        struct rng rng = rng_seed(seed, 7, (uint64_t)i);
-        float u = rng_float(&rng), v = rng_float(&rng);
-        float3 dir = to_world(frame, gather_direction(grid, i / grid.columns, i % grid.columns, u, v));
-        struct ray ray = {trace_offset(p, NORMAL), dir};
-        struct gathered light = gather(&room->model, &room->cache, ray, &rng, NULL);
-        out->surface[i] =
-            (struct gather_sample){dir, light.distance, light.normal, light.surface, omega, vec3(0, 0, 0)};
-        out->mirrored[i] =
-            (struct gather_sample){dir, light.mirrored_distance, scale(dir, -1), light.mirrored, omega, vec3(0, 0, 0)};
-    }
-}
-
-/* Viewers: DIRECTIONS over the hemisphere but its rim. */
-static float3 viewer(int i)
-{
-    float z = 1 - .95f * ((float)i + .5f) / DIRECTIONS, r = sqrtf(1 - z * z), phi = 2.3999632f * (float)i;
-    return to_world(frame_about(NORMAL), vec3(r * cosf(phi), r * sinf(phi), z));
-}
-
-/* A sunflower's ring of points about the record, all SHIFT away. */
-static float3 shifted(int i)
-{
-    float phi = 2 * PI * ((float)i + .3f) / POINTS;
-    return add(RECORD, vec3(SHIFT * cosf(phi), 0, SHIFT * sinf(phi)));
-}
-
-/* All samples' light in one lobe. */
-static double reflected(const struct samples *samples, const struct lobe *lobe, float3 wo)
-{
-    double sum = 0;
-    for (uint32_t i = 0; i < samples->count; i++) {
-        const struct gather_sample *s = &samples->surface[i];
-        double light = luminance(add(s->radiance, samples->mirrored[i].radiance)) * s->omega;
-        if (light > 0) sum += light * lobe_eval(lobe, NORMAL, wo, s->dir).x * dot(s->dir, NORMAL);
-    }
-    return sum;
-}
-
-/* The ways to see a record from elsewhere. */
-enum { STAY, PINNED, IMAGES, TRANSLATED, WAYS };
-static const char *const names[WAYS] = {"not moved", "pinned to what was hit (the paper)", "mirrors' images apart",
-                                        "with the visibility gradient"};
-
-static void choose(const struct room *room, struct samples *samples, const struct brdf *brdf, int way, struct eas *eas,
-                   uint32_t *count)
-{
-    static const struct select_options options = SELECT_DEFAULTS;
-    struct frame frame = frame_about(NORMAL);
-    struct select_scratch scratch = {0};
-    struct sample_tree trees[2] = {{0}};
-    struct gather_sample *surface = malloc(2 * samples->count * sizeof *surface), *mirrored = surface + samples->count;
-    uint32_t mirrored_count = 0;
-    struct gather_grid grid = gather_grid(RECORD_RAYS);
-    struct occlusion *occlusions = malloc(samples->count * sizeof *occlusions);
-    occlusion_of(samples->surface, grid, frame, occlusions);
-    for (uint32_t i = 0; i < samples->count; i++) {
-        surface[i] = samples->surface[i];
-        if (way < IMAGES) surface[i].radiance = add(surface[i].radiance, samples->mirrored[i].radiance);
-        if (way == STAY) surface[i].distance = INFINITY;
-        if (way == TRANSLATED)
-            surface[i].uncovered = occlusion_uncovered(&occlusions[i], surface[i].distance, surface[i].omega);
-        if (is_black(samples->mirrored[i].radiance)) continue;
-        struct gather_sample *m = &mirrored[mirrored_count++];
-        *m = samples->mirrored[i];
-        if (way == TRANSLATED) m->uncovered = occlusion_uncovered(&occlusions[i], m->distance, m->omega);
-    }
-    assert_true(sample_tree_build(&trees[0], surface, samples->count, RECORD, frame));
-    assert_true(sample_tree_build(&trees[1], mirrored, mirrored_count, RECORD, frame));
-    struct select_place place = {RECORD, frame, viewer(40), way == STAY ? 0 : SHIFT, 0, 0};
-    *count = select_eas(trees, way >= IMAGES ? 2 : 1, room->tables, brdf->lobes, 1, &place, &options, &scratch, eas);
-    assert_true(*count > 0 && *count < UINT32_MAX);
-    select_free(&scratch);
-    for (int i = 0; i < 2; i++) sample_tree_free(&trees[i]);
-    free(surface);
-    free(occlusions);
-}
-
 static void shift(void **state)
 {
     const struct room *room = *state;
-    static const float exponents[] = {100, 200};
-    struct samples *record = malloc(sizeof *record), *truth = malloc(sizeof *truth);
-    struct eas *eas[2][WAYS];
-    uint32_t counts[2][WAYS];
-    struct brdf brdfs[2];
-    double squares[2][WAYS + 1] = {{0}}, sums[2] = {0};
-    gather_samples(room, RECORD, RECORD_RAYS, 1, record);
-    for (int k = 0; k < 2; k++) {
-        brdfs[k] = brdf_phong(vec3(0, 0, 0), vec3(1, 1, 1), exponents[k]);
-        for (int way = 0; way < WAYS; way++) {
-            eas[k][way] = malloc(MOST_EAS * sizeof **eas[k]);
-            choose(room, record, &brdfs[k], way, eas[k][way], &counts[k][way]);
-        }
+    struct shift_result results[SHIFT_EXPONENTS];
+    assert_true(shift_measure(&room->model, &room->cache, results));
+    for (int k = 0; k < SHIFT_EXPONENTS; k++) {
+        const struct shift_result *result = &results[k];
+        print_message("n = %g: CV of the lobe:", SHIFT_EXPONENT[k]);
+        for (int way = 0; way < SHIFT_WAYS; way++)
+            print_message(" %.3f %s (%u bytes)%s", result->cv[way], SHIFT_NAMES[way], result->bytes[way],
+                          way < SHIFT_WAYS - 1 ? "," : "\n");
+        assert_true(result->cv[SHIFT_TRANSLATED] <= .65 * result->cv[SHIFT_STAY]);
     }
-    for (int i = 0; i < POINTS; i++) {
-        float3 x = shifted(i);
-        gather_samples(room, x, TRUTH_RAYS, 100 + (uint64_t)i, truth);
-        gather_samples(room, x, RECORD_RAYS, 200 + (uint64_t)i, record);
-        for (int k = 0; k < 2; k++)
-            for (int j = 0; j < DIRECTIONS; j++) {
-                const struct lobe *lobe = &brdfs[k].lobes[0];
-                struct mean_lobe mean = mean_lobe(room->tables, lobe, NORMAL, viewer(j));
-                double exact = reflected(truth, lobe, viewer(j));
-                sums[k] += exact;
-                for (int way = 0; way < WAYS; way++) {
-                    rgb sum = eas_reflect(eas[k][way], counts[k][way], &mean, x);
-                    squares[k][way] += (luminance(sum) - exact) * (luminance(sum) - exact);
-                }
-                double noisy = reflected(record, lobe, viewer(j)) - exact;
-                squares[k][WAYS] += noisy * noisy;
-            }
-    }
-    for (int k = 0; k < 2; k++) {
-        double cv[WAYS + 1];
-        for (int way = 0; way <= WAYS; way++) cv[way] = sqrt(squares[k][way] * POINTS * DIRECTIONS) / sums[k];
-        print_message("n = %g: CV of the lobe from a record %g m away:", exponents[k], SHIFT);
-        for (int way = 0; way < WAYS; way++) print_message(" %.3f %s (%u EAS),", cv[way], names[way], counts[k][way]);
-        print_message(" noise of as many rays %.3f\n", cv[WAYS]);
-        assert_true(cv[TRANSLATED] <= .65 * cv[STAY]);
-        for (int way = 0; way < WAYS; way++) free(eas[k][way]);
-    }
-    free(record);
-    free(truth);
 }
 
 int main(void)

@@ -8,7 +8,7 @@
 
 /* Prints a CSV of F~ in 1/sr by viewers' angles in degrees: in cut V1, the plane of incidence, from the normal, towards
  * the mirror direction; in V2, the plane across it through V1's largest value, from there. The fit is looked up in a
- * table (eas/lobe_fit.h), as the paper does. False: no memory. Takes some 20 s. */
+ * table (eas/lobe_fit.h), as the paper does. False: no memory. Takes some 20 s of CPU. */
 bool cuts_print(void);
 
 #endif
