@@ -159,8 +159,8 @@ bool scene_read(const char *folder, struct scene *scene, char error[SCENE_ERROR]
 
 /* Replaces a constant or textured property of a material: "materials/NAME/exponent=VALUE" (phong, >= 0) or
  * "materials/NAME/roughness=VALUE" (principled, 0 .. 1), where NAME may hold slashes; or moves the camera:
- * "camera/shift=X,Y,Z" (m, world space, from where it stands). False and one sentence where the text is no such thing or
- * no material has the name or the property. */
+ * "camera/shift=X,Y,Z" (m, world space, from where it stands). False and one sentence where the text is no such thing
+ * or no material has the name or the property. */
 bool scene_set(struct scene *scene, const char *assignment, char error[SCENE_ERROR]);
 
 /* Frees all that *scene owns and empties it; an empty one is fine. */
