@@ -61,11 +61,11 @@ def experiment(*arguments):
     return _call([os.path.join(os.path.dirname(PROGRAM), "paper_experiments"), *map(str, arguments)])
 
 
-def cycles(name, out, samples, threads, seed=0, denoise=False, assignments=()):
+def cycles(name, out, samples, threads, seed=0, denoise=False, assignments=(), more=()):
     """Renders the .blend with Cycles and returns the numbers of its --stats."""
     stats = out.replace(".exr", ".json")
     _python("cycles.py", blend(name), "-o", out, "--spp", samples, "--threads", threads, "--seed", seed,
-            "--stats", stats, *_set(assignments), *["--denoise"] * denoise)
+            "--stats", stats, *_set(assignments), *["--denoise"] * denoise, *more)
     with open(stats, encoding="utf-8") as file:
         return json.load(file)
 
