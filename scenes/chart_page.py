@@ -2,6 +2,7 @@
 """The page of scenes/chart: for each scene who comes to which error in what time, the chart, bias and noise apart, why
 we lose where we do, crops at equal time, and all that was measured."""
 import os
+import statistics
 from typing import NamedTuple
 
 import numpy
@@ -73,8 +74,9 @@ def _ratio(mine, rival):
     """Against the rival's time; a level that one of the two never reached has none."""
     if mine.cost is None or rival is None or rival.cost is None:
         return "–"
-    bound = ("≤ " if mine.at_once else "") + ("≥ " if rival.at_once else "")
-    return ("?" if len(bound) > 2 else bound.strip()) + f" {mine.cost / rival.cost:.2f}".rstrip()
+    if mine.at_once and rival.at_once:
+        return "?"
+    return ("≤ " if mine.at_once else "≥ " if rival.at_once else "") + f"{mine.cost / rival.cost:.2f}"
 
 
 def ratio_rows(methods):
@@ -128,25 +130,27 @@ def chart(path, scene, methods):
 
 
 def losses(methods):
-    """A sentence for each cache and level at which Cycles + OIDN is sooner there, or we never are."""
-    times = reached(methods)
-    rival = next((times[method] for method in times if method.name == contest.RIVAL), None)
-    if rival is None:
-        return []
-    lines = []
+    """Rows (method, CV(RMSE), why) where Cycles + OIDN is sooner than one of our caches, or that never gets there."""
+    times, rows = reached(methods), []
+    rival = next((times[method] for method in times if method.name == contest.RIVAL), ())
     for method, mine in times.items():
-        if not method.burnish or method.burnish == "path":
+        if method.burnish in ("", "path"):
             continue
         last = best(methods[method])[-1]
+        never = ", ".join(f"{level:.2f}" for level, ours in zip(LEVELS, mine) if ours.cost is None)
+        if never:
+            split = f", of which bias {_bias(last)}, noise {last.noise:.3f}" if last.noise else ""
+            rows.append((method.name, never, f"never: the best, {last.setting} in {last.cpu.median:.3g} CPU s, has "
+                         f"{last.cv.median:.3f}{split}"))
         for level, ours, theirs in zip(LEVELS, mine, rival):
-            if ours.cost is None:
-                why = f"the best picture, {last.setting} in {last.cpu.median:.3g} CPU s, has {last.cv.median:.3f}"
-                why += f", of which bias is {last.bias:.3f}, noise {last.noise:.3f}" if last.noise else ""
-                lines.append(f"{method.name} never comes to {level:.2f}: {why}.")
-            elif theirs.cost is not None and ours.cost > theirs.cost:
-                lines.append(f"{method.name} comes to {level:.2f} in {ours.cost:.3g} CPU s against {theirs.cost:.3g}: "
-                             f"before its first pixel it spends {last.prepared:.3g}.")
-    return lines
+            if ours.cost is not None and theirs.cost is not None and ours.cost > theirs.cost:
+                rows.append((method.name, f"{level:.2f}", f"{ours.cost:.3g} CPU s against {theirs.cost:.3g}: before "
+                             f"the first pixel it spends {last.prepared:.3g}"))
+    return rows
+
+
+def _bias(m):
+    return f"{m.bias:.3f}" if m.bias > 0 else "below its noise"
 
 
 def _at(settings, seconds):
@@ -189,25 +193,21 @@ def crops(scene, methods, save):
     return pieces
 
 
-def _range(values, digits=".4f"):
-    s = curves.spread(values)
-    return f"{s.median:{digits}}" + (f" ({s.least:{digits}}–{s.most:{digits}})" if s.least != s.most else "")
-
-
 def everything(methods):
-    columns = ["Method", "Setting", "Seeds", "CPU s", "wall s", "rays, millions", "CV(RMSE)", "bias", "noise", "relMSE",
-               "FLIP", "CV, all pixels", "relMSE, all", "FLIP, all"]
+    columns = ["Method", "Setting", "Seeds", "CPU s", "wall s", "rays, millions", "CV(RMSE)", "its range", "bias",
+               "noise", "relMSE", "FLIP", "CV, all pixels", "relMSE, all", "FLIP, all"]
     rows = []
     for method, settings in methods.items():
         for m in sorted(settings, key=lambda m: m.cpu.median):
-            def over(name, digits=".4f", m=m):
-                return _range([getattr(p, name) for p in m.seeds.values()], digits)
-            rays = [p.rays / 1e6 for p in m.seeds.values() if p.rays is not None]
-            rows.append([method.name, m.setting, len(m.seeds), over("cpu_s", ".2f"), over("wall_s", ".2f"),
-                         _range(rays, ".1f") if rays else "", over("cv_rmse"),
-                         *("" if value is None else f"{value:.4f}" for value in (m.bias, m.noise)), over("relmse"),
-                         over("flip"), over("cv_rmse_all"), over("relmse_all"), over("flip_all")])
-    return page.table(columns, rows)
+            median = {name: statistics.median([getattr(p, name) for p in m.seeds.values()])
+                      for name in contest.Point._fields[:9] if getattr(m.first, name) is not None}
+            rows.append([method.name, m.setting, len(m.seeds), f"{m.cpu.median:.2f}", f"{median['wall_s']:.2f}",
+                         f"{median['rays'] / 1e6:.1f}" if "rays" in median else "", f"{m.cv.median:.4f}",
+                         f"{m.cv.least:.4f}–{m.cv.most:.4f}" if len(m.seeds) > 1 else "",
+                         *("" if value is None else f"{value:.4f}" for value in (m.bias, m.noise)),
+                         *(f"{median[name]:.4f}" for name in
+                           ("relmse", "flip", "cv_rmse_all", "relmse_all", "flip_all"))])
+    return page.table(columns, rows, "All settings, medians over seeds")
 
 
 def _scene(options, scene, results):
@@ -231,7 +231,7 @@ def _scene(options, scene, results):
         page.paragraph(f"The two references differ by a CV(RMSE) of {difference['cv_rmse']:.4f} with their noise taken "
                        f"out, of 8 × 8-pixel means by {difference['block_cv']:.4f} (standard error "
                        f"{difference['block_sigma']:.4f})."),
-        *([page.paragraph("Where our caches lose, and why:")] + [page.paragraph(line) for line in why] if why else []),
+        *([page.table(["Method", "to CV(RMSE)", "Why"], why, f"Where our caches lose to {contest.RIVAL}")] * bool(why)),
         *crops(scene, methods, save),
         everything(methods)]
 
@@ -241,7 +241,7 @@ def write(options, charts, game):
     shrunk = f" Pictures are 1/{options.shrink} as wide and high as they should be." * (options.shrink > 1)
     introduction = [
         page.paragraph(
-            f"All methods by turns, seed by seed, on {options.threads} threads; {options.seeds} seeds, up to "
+            f"All methods by turns, seed by seed. Threads: {options.threads}; seeds: {options.seeds}; up to "
             f"{options.budget:g} CPU seconds a picture.{kept}{shrunk} CPU seconds (user) are from the parsed scene to "
             "pixels: geometry, BVH, caches and denoising in; Python's start and reading and writing files out."),
         page.paragraph(

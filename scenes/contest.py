@@ -124,7 +124,7 @@ class Contest:
             return self._rendered[1]
         self._rendered = None
         if method.burnish:
-            stats = run.burnish(scene.folder, self.work, method.burnish, spp, self.threads, seed, more=more)
+            stats = run.burnish(scene.folder, self.work, method.burnish, spp, self.threads, seed, more=more, quiet=True)
         else:
             stats = run.cycles(scene.name, self.work, spp, self.threads, seed, more=more)
         self._rendered = key, stats

@@ -21,7 +21,7 @@ import run
 
 QUALITIES = {"high": pyoidn.OIDN_QUALITY_HIGH, "balanced": pyoidn.OIDN_QUALITY_BALANCED,
              "fast": pyoidn.OIDN_QUALITY_FAST}
-# What becomes of the noise in albedo and normal, in Cycles' words: filtered out first; left to the one filter; not there.
+# What becomes of noise in albedo and normal, in Cycles' words: filtered out first, left to the one filter, not there.
 PREFILTERS = ("accurate", "fast", "none")
 
 

@@ -50,10 +50,11 @@ def grid(path, rows, columns, cell, x_label):
 
 
 def clouds(path, panels, x_label, levels):
-    """Like curves() with one y axis a panel, into a PNG; each panel is (title, [(label, colour, style, line, cloud)],
+    """Like curves(), with ranges, into a PNG; each panel is (title, [(label, colour, style, line, cloud)],
     floor). line: (x, y, least x, most x, least y, most y) a point, with the range as bars; cloud: (x, y) of the points
     that the line leaves out; floor: a height to be drawn, or None; levels: heights marked in the first panel."""
-    drawing, axes = pyplot.subplots(1, len(panels), figsize=(5.2 * len(panels), 5), squeeze=False)
+    drawing, axes = pyplot.subplots(1, len(panels), figsize=(4.6 * len(panels) + 1.6, 4.8), squeeze=False, sharex=True,
+                                    sharey=True)
     for axis, (title, series, floor) in zip(axes[0], panels):
         for label, colour, style, line, cloud in series:
             if line:
@@ -69,8 +70,7 @@ def clouds(path, panels, x_label, levels):
         axis.set(title=title, xlabel=x_label, xscale="log", yscale="log")
     for level in levels:
         axes[0][0].axhline(level, color="black", linewidth=.5, alpha=.5)
-    axes[0][0].legend(fontsize=8)
-    drawing.tight_layout()
-    drawing.savefig(path + ".part", format="png", dpi=110, metadata={"Software": None})
+    axes[0][-1].legend(*axes[0][0].get_legend_handles_labels(), fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
+    drawing.savefig(path + ".part", format="png", dpi=110, bbox_inches="tight")
     pyplot.close(drawing)
     os.replace(path + ".part", path)

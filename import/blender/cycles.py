@@ -197,8 +197,9 @@ def main():
 
     render = scene.render
     stats = {
-        "method": "cycles" + "-guiding" * options.guiding + "-oidn" * bool(options.denoise), "cpu_s": cpu, "wall_s": wall, "samples": options.spp,
-        "seed": options.seed, "threads": options.threads, "osl": bool(scene.cycles.shading_system),
+        "method": "cycles" + "-guiding" * options.guiding + "-oidn" * bool(options.denoise), "cpu_s": cpu,
+        "wall_s": wall, "samples": options.spp, "seed": options.seed, "threads": options.threads,
+        "osl": bool(scene.cycles.shading_system),
         "size": [side * render.resolution_percentage // 100 for side in (render.resolution_x, render.resolution_y)],
         "blender": bpy.app.version_string, "changed": changes,
     }
