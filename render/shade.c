@@ -49,8 +49,9 @@ static void shade_material(const struct model *model, const struct scene_materia
                                     .metallic = scalar_at(textures, &material->metallic, uv),
                                     .roughness = scalar_at(textures, &material->roughness, uv),
                                     .ior = material->ior,
-                                    .specular_level = material->specular_level};
-    point->brdf = brdf_principled(&principled, dot(point->n, point->wo));
+                                    .specular_level = material->specular_level,
+                                    .distribution = DISTRIBUTION_MULTI_GGX};
+    point->brdf = brdf_principled(&principled, dot(point->n, point->wo), point->front);
 }
 
 static inline float3 interpolate(const float *a, const float *b, const float *c, float u, float v)

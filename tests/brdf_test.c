@@ -42,8 +42,9 @@ static struct brdf principled(float metallic, float roughness, float cos_o)
                            .metallic = metallic,
                            .roughness = roughness,
                            .ior = 1.5f,
-                           .specular_level = 0.5f};
-    return brdf_principled(&p, cos_o);
+                           .specular_level = 0.5f,
+                           .distribution = DISTRIBUTION_MULTI_GGX};
+    return brdf_principled(&p, cos_o, true);
 }
 
 /* Bins about the mirror direction, whose rings widen with the square of the angle; the last bin counts what was
@@ -287,16 +288,17 @@ static void white_furnace(void **state)
 {
     (void)state;
     struct principled white = {
-        .base_colour = {1, 1, 1}, .specular_tint = {1, 1, 1}, .metallic = 1, .ior = 1.5f, .specular_level = 0.5f};
+        .base_colour = {1, 1, 1}, .specular_tint = {1, 1, 1}, .metallic = 1, .ior = 1.5f, .specular_level = 0.5f,
+                           .distribution = DISTRIBUTION_MULTI_GGX};
     for (int r = 1; r <= 10; r++)
         for (int i = 1; i <= 10; i++) {
             float mu = (float)i / 10;
             white.roughness = (float)r / 10;
             white.metallic = 1;
-            struct brdf metallic = brdf_principled(&white, mu);
+            struct brdf metallic = brdf_principled(&white, mu, true);
             assert_float_equal(albedo_by_samples(&metallic, direction(mu, 0), 20000).x, 1, 0.015f);
             white.metallic = 0;
-            struct brdf plastic = brdf_principled(&white, mu);
+            struct brdf plastic = brdf_principled(&white, mu, true);
             float albedo = albedo_by_samples(&plastic, direction(mu, 0), 20000).x;
             assert_true(albedo > 0.95f && albedo < 1.02f);
         }
