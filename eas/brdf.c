@@ -45,6 +45,19 @@ rgb lobe_albedo(const struct lobe *lobe, float cos_o)
     }
 }
 
+/* How often a lobe is chosen: about its albedo. Inside glass that changes from none to all within the tilt of the facets,
+ * so it is averaged over some tilts, and never so small that a tail of the lobe would be lost. */
+static inline float preference(const struct lobe *lobe, float cos_o)
+{
+    if (cos_o <= 0) return 0;
+    bool inside = (lobe->type == LOBE_DIELECTRIC || lobe_transmits(lobe)) && lobe->ior < 1;
+    if (!inside) return average(lobe_albedo(lobe, cos_o));
+    float alpha = lobe->alpha_x, s = sqrtf(1 - minf(sqr(cos_o), 1)), c = cos_o, tilted = 1 / sqrtf(1 + sqr(alpha));
+    float near = clampf((c + s * alpha) * tilted, 0, 1), far = clampf((c - s * alpha) * tilted, 0, 1);
+    rgb sum = mad(add(lobe_albedo(lobe, near), lobe_albedo(lobe, far)), lobe_albedo(lobe, c), 2);
+    return maxf(average(sum) / 4, minf(alpha, .05f) * average(lobe->weight));
+}
+
 enum { REFLECTED, TRANSMITTED, LOBES, CHOICES = LOBES + BRDF_LOBES };
 
 /* The chances of the diffuse parts and the lobes; all 0 for a black surface. */
@@ -55,7 +68,7 @@ static inline int choices(const struct brdf *brdf, float cos_o, float chance[sta
     float sum = chance[REFLECTED] + chance[TRANSMITTED];
     int count = LOBES + brdf->lobe_count;
     for (int i = 0; i < brdf->lobe_count; i++)
-        sum += chance[LOBES + i] = cos_o > 0 ? average(lobe_albedo(&brdf->lobes[i], cos_o)) : 0;
+        sum += chance[LOBES + i] = preference(&brdf->lobes[i], cos_o);
     if (sum > 0)
         for (int i = 0; i < count; i++) chance[i] /= sum;
     return count;

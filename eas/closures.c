@@ -103,7 +103,7 @@ static void add_glass(struct brdf *brdf, float roughness, float eta, rgb f0, rgb
     lobe.ior = eta;
     lobe.f0 = saturate3(f0);
     rgb gain = white;
-    if (distribution == DISTRIBUTION_MULTI_GGX) {
+    if (distribution == DISTRIBUTION_MULTI_GGX && roughness > 0) {
         float mean, e = ggx_glass_albedo(roughness, mu, eta, &mean);
         gain = compensation(e, mean, refracted);
     }

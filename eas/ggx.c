@@ -119,7 +119,7 @@ float3 ggx_visible_normal(float alpha_x, float alpha_y, float3 w, const float u[
 float3 ggx_refract(float3 wo, float3 h, float eta)
 {
     float c = dot(wo, h), cos2 = 1 - (1 - c * c) / sqr(eta);
-    return cos2 > 0 ? mad(scale(h, c / eta - sqrtf(cos2)), wo, -1 / eta) : reflect(wo, h);
+    return cos2 > 0 ? mad(scale(h, c / eta - sqrtf(cos2)), wo, -1 / eta) : wo;
 }
 
 float3 ggx_sample(const struct lobe *lobe, float3 n, float3 wo, const float u[static 2])

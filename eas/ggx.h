@@ -5,7 +5,7 @@
  * that its energy compensation and layering look up (ggx_albedo.c).
  *
  * wi, wo, n as in brdf.h. Everything but the look-ups is a pure function; those fill their tables at the first call
- * (some 20 ms, once a process; glass's some 60). Any thread may call any of it.
+ * (some 20 ms, once a process; glass's some 130). Any thread may call any of it.
  */
 #ifndef EAS_GGX_H
 #define EAS_GGX_H
@@ -40,7 +40,7 @@ float3 ggx_sample(const struct lobe *lobe, float3 n, float3 wo, const float u[st
 /* A visible normal seen from w, both in the frame where n is z: uniform in the cap that the stretched w sees. */
 float3 ggx_visible_normal(float alpha_x, float alpha_y, float3 w, const float u[static 2]);
 
-/* wo refracted by a facet h (h.wo > 0) into a relative index of eta; reflected where that is total. */
+/* wo refracted by a facet h (h.wo > 0) into a relative index of eta; wo itself where reflection is total. */
 float3 ggx_refract(float3 wo, float3 h, float eta);
 
 /* Smith's Lambda (Heitz 2014, eq. 72) from the squared tangent of a direction stretched by the alphas; that tangent of

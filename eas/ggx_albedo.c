@@ -9,8 +9,6 @@ static inline float saturate(float x) { return clampf(x, 0, 1); }
 enum { ALBEDO_SIZE = 32, SHARE_SIZE = 16 };
 /* Two Fibonacci numbers, and midpoints for the mean over mu. */
 enum { POINTS = 610, POINTS_BEFORE = 377, MEAN_STEPS = 16 };
-/* Glass has so many tables that every second point must do. */
-enum { GLASS_STEP = 2 };
 
 static struct {
     float albedo[ALBEDO_SIZE][ALBEDO_SIZE], albedo_mean[ALBEDO_SIZE];
@@ -154,7 +152,8 @@ static struct {
     float albedo[2][SHARE_SIZE][SHARE_SIZE][SHARE_SIZE], mean[2][SHARE_SIZE][SHARE_SIZE];
 } glass; /* constant once filled */
 
-/* What the facets seen at mu reflect and refract, and no other is in the way of. */
+/* What the facets seen at mu reflect and refract, and no other is in the way of. From inside some refract upward again:
+ * that light is lost in the lobe, but Cycles' tables count it, and so do these. */
 static void integrate_glass(float alpha, float mu, float albedo[2][SHARE_SIZE])
 {
     struct visible v[POINTS];
@@ -164,12 +163,12 @@ static void integrate_glass(float alpha, float mu, float albedo[2][SHARE_SIZE])
     for (int side = 0; side < 2; side++)
         for (int z = 0; z < SHARE_SIZE; z++) {
             float eta = side ? 1 / grid_index(z) : grid_index(z), sum = 0;
-            for (int i = 0; i < POINTS; i += GLASS_STEP) {
-                float f = ggx_fresnel_dielectric(v[i].cos_h, eta), down = -ggx_refract(w, v[i].h, eta).z;
+            for (int i = 0; i < POINTS; i++) {
+                float f = ggx_fresnel_dielectric(v[i].cos_h, eta), c = ggx_refract(w, v[i].h, eta).z;
                 if (v[i].cos_i > 0) sum += v[i].weight * f * unmasked(alpha2, lambda_o, v[i].cos_i);
-                if (f < 1 && down > 0) sum += v[i].weight * (1 - f) * unmasked(alpha2, lambda_o, down);
+                if (f < 1) sum += v[i].weight * (1 - f) * unmasked(alpha2, lambda_o, c);
             }
-            albedo[side][z] = saturate(sum * GLASS_STEP);
+            albedo[side][z] = saturate(sum);
         }
 }
 
