@@ -34,28 +34,24 @@ static inline rgb lobe_both(const struct lobe *lobe, float3 n, float3 wo, float3
     return scale(lobe->weight, (lobe->exponent + 2) / (2 * PI) * power);
 }
 
-rgb lobe_albedo(const struct lobe *lobe, float cos_o)
+/* The share of light that a microfacet at cosine c sends on. */
+static inline rgb facet_albedo(const struct lobe *lobe, float c)
 {
-    switch (lobe->type) {
-    case LOBE_DIELECTRIC:
-    case LOBE_METAL: return mul(lobe->weight, ggx_fresnel(lobe, cos_o));
-    case LOBE_REFRACTION:
-    case LOBE_BARE_REFRACTION: return mul(lobe->weight, ggx_transmittance(lobe, cos_o));
-    default: return lobe->weight;
-    }
+    return lobe_transmits(lobe) ? ggx_transmittance(lobe, c) : ggx_fresnel(lobe, c);
 }
 
-/* How often a lobe is chosen: about its albedo. Inside glass that changes from none to all within the tilt of the facets,
- * so it is averaged over some tilts, and never so small that a tail of the lobe would be lost. */
-static inline float preference(const struct lobe *lobe, float cos_o)
+rgb lobe_albedo(const struct lobe *lobe, float cos_o)
 {
-    if (cos_o <= 0) return 0;
-    bool inside = (lobe->type == LOBE_DIELECTRIC || lobe_transmits(lobe)) && lobe->ior < 1;
-    if (!inside) return average(lobe_albedo(lobe, cos_o));
-    float alpha = lobe->alpha_x, s = sqrtf(1 - minf(sqr(cos_o), 1)), c = cos_o, tilted = 1 / sqrtf(1 + sqr(alpha));
-    float near = clampf((c + s * alpha) * tilted, 0, 1), far = clampf((c - s * alpha) * tilted, 0, 1);
-    rgb sum = mad(add(lobe_albedo(lobe, near), lobe_albedo(lobe, far)), lobe_albedo(lobe, c), 2);
-    return maxf(average(sum) / 4, minf(alpha, .05f) * average(lobe->weight));
+    bool dielectric = lobe->type == LOBE_DIELECTRIC || lobe_transmits(lobe);
+    if (lobe->type == LOBE_METAL || (dielectric && lobe->ior >= 1)) return mul(lobe->weight, facet_albedo(lobe, cos_o));
+    if (!dielectric) return lobe->weight;
+    /* Inside glass all changes to none within the tilt of the facets: the mean over some tilts. */
+    float alpha = lobe->alpha_x, s = sqrtf(1 - minf(sqr(cos_o), 1)), tilted = 1 / sqrtf(1 + sqr(alpha));
+    float near = clampf((cos_o + s * alpha) * tilted, 0, 1), far = clampf((cos_o - s * alpha) * tilted, 0, 1);
+    rgb sum = mad(add(facet_albedo(lobe, near), facet_albedo(lobe, far)), facet_albedo(lobe, cos_o), 2);
+    /* Never so little that nothing would sample the lobe's tail. */
+    float least = minf(alpha, .05f);
+    return mul(lobe->weight, vec3(maxf(sum.x / 4, least), maxf(sum.y / 4, least), maxf(sum.z / 4, least)));
 }
 
 enum { REFLECTED, TRANSMITTED, LOBES, CHOICES = LOBES + BRDF_LOBES };
@@ -68,7 +64,7 @@ static inline int choices(const struct brdf *brdf, float cos_o, float chance[sta
     float sum = chance[REFLECTED] + chance[TRANSMITTED];
     int count = LOBES + brdf->lobe_count;
     for (int i = 0; i < brdf->lobe_count; i++)
-        sum += chance[LOBES + i] = preference(&brdf->lobes[i], cos_o);
+        sum += chance[LOBES + i] = cos_o > 0 ? average(lobe_albedo(&brdf->lobes[i], cos_o)) : 0;
     if (sum > 0)
         for (int i = 0; i < count; i++) chance[i] /= sum;
     return count;
@@ -109,6 +105,13 @@ float brdf_pdf(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
     float pdf;
     brdf_eval_pdf(brdf, n, wo, wi, &pdf);
     return pdf;
+}
+
+float brdf_pass_chance(const struct brdf *brdf, float cos_o)
+{
+    float through = average(brdf->through), rest = average(add(brdf->kd, brdf->kt));
+    for (int i = 0; i < brdf->lobe_count; i++) rest += average(lobe_albedo(&brdf->lobes[i], maxf(cos_o, 0)));
+    return through > 0 ? through / (through + rest) : 0;
 }
 
 bool brdf_transmits(const struct brdf *brdf)

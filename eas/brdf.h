@@ -112,6 +112,9 @@ static inline bool lobe_transmits(const struct lobe *lobe)
 /* Whether light may come from the other side but straight through. */
 bool brdf_transmits(const struct brdf *brdf);
 
+/* How often a path should go straight on: the share of `through` in all that the surface sends on. 0: it is opaque. */
+float brdf_pass_chance(const struct brdf *brdf, float cos_o);
+
 rgb brdf_eval(const struct brdf *brdf, float3 n, float3 wo, float3 wi);
 
 /* brdf_eval and, in *pdf, brdf_pdf, at the price of one. */
@@ -128,7 +131,7 @@ rgb lobe_eval(const struct lobe *lobe, float3 n, float3 wo, float3 wi);
 rgb lobe_sample(const struct lobe *lobe, float3 n, float3 wo, const float u[static 2], float3 *wi, float *pdf);
 float lobe_pdf(const struct lobe *lobe, float3 n, float3 wo, float3 wi);
 
-/* About the lobe's albedo for a viewer at cos_o. */
+/* About the lobe's albedo for a viewer at cos_o: how often it should be sampled. */
 rgb lobe_albedo(const struct lobe *lobe, float cos_o);
 
 /* Half-width of the lobe in radians: where Phong has fallen to 1/e; for microfacets that of the Phong lobe alike near
