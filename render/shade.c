@@ -33,7 +33,7 @@ static void add_closure(const struct textures *textures, const struct scene_clos
                         struct point *point)
 {
     rgb colour = colour_at(textures, &closure->colour, uv), weight = colour_at(textures, &closure->weight, uv);
-    struct brdf *sum = &point->brdf, part = {0};
+    struct brdf part = {0};
     if (closure->type == CLOSURE_DIFFUSE) {
         part.kd = colour;
     } else if (closure->type == CLOSURE_PHONG) {
@@ -45,14 +45,11 @@ static void add_closure(const struct textures *textures, const struct scene_clos
                                         .metallic = scalar_at(textures, &closure->metallic, uv),
                                         .roughness = scalar_at(textures, &closure->roughness, uv),
                                         .ior = scalar_at(textures, &closure->ior, uv),
-                                        .specular_level = scalar_at(textures, &closure->specular_level, uv)};
-        part = brdf_principled(&principled, dot(point->n, point->wo));
+                                        .specular_level = scalar_at(textures, &closure->specular_level, uv),
+                                        .distribution = DISTRIBUTION_MULTI_GGX};
+        part = brdf_principled(&principled, dot(point->n, point->wo), point->front);
     }
-    sum->kd = add(sum->kd, mul(part.kd, weight));
-    for (int i = 0; i < part.lobe_count && sum->lobe_count < 2; i++) {
-        part.lobes[i].weight = mul(part.lobes[i].weight, weight);
-        sum->lobes[sum->lobe_count++] = part.lobes[i];
-    }
+    brdf_add(&point->brdf, &part, weight);
 }
 
 static void shade_material(const struct model *model, const struct scene_material *material, float2 uv,
