@@ -27,6 +27,7 @@ class Bakery:
                 own = bpy.data.meshes.new_from_object(obj, preserve_all_data_layers=True, depsgraph=self.depsgraph)
             except RuntimeError:  # what geometry nodes placed may be no object's own
                 return False
+            own.use_auto_texspace = False  # generated coordinates are those before the modifiers
             own.texspace_location, own.texspace_size = mesh.texspace_location, mesh.texspace_size
             originals = [material and material.original for material in slots]
             self.waiting[key] = (own, mesh.name, cage, originals, matrix, [])
