@@ -222,9 +222,11 @@ COSINES = np.linspace(0, 1, 64)  # where what depends on the viewer's angle is s
 
 
 def by_angle(front, back):
-    """The Value of two functions of the cosine, or numbers."""
-    sides = [np.repeat(np.broadcast_to(side, COSINES.shape)[:, None], 3, axis=1) for side in (front, back)]
-    return Value(sides, ANGLE)
+    """The Value of what is seen from each side: numbers or colours at COSINES, or one number."""
+    def colours(side):
+        side = np.asarray(side, np.float32)
+        return np.broadcast_to(side if side.ndim == 2 else side.reshape(-1, 1), (len(COSINES), 3))
+    return Value([colours(front), colours(back)], ANGLE)
 
 
 def dielectric(index):
