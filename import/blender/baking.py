@@ -139,8 +139,7 @@ class Baker:
 
     def __init__(self, model, slot):
         self.model, self.slot, self.known = model, slot, {}
-        width, height = model.sizes[slot]
-        self.notes = [(f"nodes are baked to pictures of {width} x {height} pixels", None)]
+        self.size = model.sizes[slot]
 
     def value(self, ref):
         """The Value that an input takes, or of an output."""
@@ -155,8 +154,7 @@ class Baker:
 
     def picture(self, kind, ref):
         model, studio = self.model, self.model.studio
-        width, height = model.sizes[self.slot]
-        image = bpy.data.images.new("burnish bake", width, height, float_buffer=True, is_data=True)
+        image = bpy.data.images.new("burnish bake", *self.size, float_buffer=True, is_data=True)
         material = model.materials[self.slot].copy()
         groups = []
         try:

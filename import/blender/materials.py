@@ -81,8 +81,9 @@ class Materials:
     def export_baked(self, material, object_name, baker):
         """The Exported of a material for one mesh, whose UV map for it is the baker's."""
         converted = Converted(material.original, baker)
-        converted.notes += [(f"{text} (baked)", node) for text, node in self.convert(material).simplified]
-        converted.notes += baker.notes
+        size = "{} x {}".format(*baker.size)
+        converted.notes += [(f"baked to a picture of {size} pixels", node)
+                            for node in dict.fromkeys(node for _, node in self.convert(material).simplified)]
         name = material.original.name
         return self.store(converted, f"{name} on {object_name}", name, object_name)._replace(uv_layer=baker.uv_layer)
 

@@ -255,7 +255,7 @@ def test_what_has_no_word_is_baked(kind, name, shine, export, cycles):
     link(texture.outputs[0], mix.inputs["Color1"])
     show(mix.outputs["Color"])
     exported = export()
-    assert exported.notes("baked to pictures")
+    assert exported.notes("baked to a picture")
     check(exported, show, lambda *size, **settings: cycles(*size, **settings)[::-1, ::-1], 0.02)
 
 
@@ -306,7 +306,7 @@ def test_two_textures_that_lie_differently(shine, export, cycles):
     link(picture.outputs["Color"], mix.inputs["Color2"])
     show(mix.outputs["Color"])
     exported = export()
-    assert exported.notes("lie differently")
+    assert exported.notes("baked to a picture")
     check(exported, show, cycles)
 
 
