@@ -44,18 +44,23 @@ class Bakery:
     def export_model(self, studio, own, name, cage, slots, matrix, entries):
         """One mesh with all that place it; matrix: where the first one is, for which it is baked."""
         first = entries[0]["name"]
-        wanting = [slot for slot, material in enumerate(slots) if self.materials.wants_baking(material)]
-        model = baking.Model(studio, own, cage, matrix, slots, wanting if studio.pictures > 0 else [])
+        exported = [self.materials.export(material, first) if not self.materials.wants_baking(material) else None
+                    for material in slots]
+        wanting = [slot for slot, done in enumerate(exported) if done is None]
         try:
-            exported = [self.materials.export_baked(material, first, model.baker(slot)) if slot in model.sizes
-                        else self.materials.export(material, first) for slot, material in enumerate(slots)]
-            mesh = geometry.export_mesh(self.scene_file, own, name, cage, [e.uv_layer for e in exported])
-        finally:
-            model.close()
+            if studio.pictures > 0:
+                with baking.Model(studio, own, cage, matrix, slots, wanting) as model:
+                    for slot in model.sizes:
+                        exported[slot] = self.materials.export_baked(slots[slot], first, model.baker(slot))
+                if len(entries) > 1:
+                    self.scene_file.note(f"baked as this one is placed, for all {len(entries)} of its mesh", object=first)
+        except Exception as error:  # an odd mesh or node must not stop the export of all others
+            self.scene_file.note(f"could not be baked ({error!r})", object=first)
+        exported = [done or self.materials.export(material, first) for done, material in zip(exported, slots)]
+        mesh = geometry.export_mesh(self.scene_file, own, name, cage, [e.uv_layer for e in exported])
+        bpy.data.meshes.remove(own)
         if mesh is None:
             return
-        if len(entries) > 1 and model.sizes:
-            self.scene_file.note(f"baked as this one is placed, for all {len(entries)} of its mesh", object=first)
         for entry in entries:
             entry |= {"mesh": mesh, "materials": [e.index for e in exported]}
             if not any(e.shadow for e in exported):

@@ -6,8 +6,8 @@ baked (`EMIT`), bent normals are baked as a tangent-space map. The work is bound
 after which they are coarse, and by SCENE_PICTURES, after which nothing is baked.
 
     with Studio(scene) as studio:
-        model = studio.model(mesh, cage, matrix, materials, slots)   # outside of any render
-        model.baker(slot).value(ref)
+        with Model(studio, mesh, cage, matrix, materials, slots) as model:   # outside of any render
+            model.baker(slot).value(ref)
 """
 import bpy
 import numpy as np
@@ -20,7 +20,7 @@ from unwrap import PADDING, unwrap
 PIXELS, SCENE_PIXELS, SCENE_PICTURES = 2**21, 2**25, 400
 COARSE = 2**10  # pixels of a picture once the scene's are spent
 SAMPLES = 4  # a pixel
-UV_LAYER = "burnish bake"
+UV_LAYER, UV_LAYERS = "burnish bake", 8  # Blender's most
 SUBDIVISION_FACES = 2**18  # of a cage that is baked
 LAID = {"type": "image", "interpolation": "linear", "extension": "extend", "uv_transform": [1, 0, 0, 0, 1, 0]}
 
@@ -29,7 +29,7 @@ class Studio:
     """A scene of its own, where one object at a time is baked."""
 
     def __init__(self, scene):
-        self.camera, self.view = scene.camera, pixels_a_metre(scene)
+        self.view = pixels_a_metre(scene)
         self.pixels, self.pictures = SCENE_PIXELS, SCENE_PICTURES
         self.scene = bpy.data.scenes.new("burnish bake")
         self.scene.camera = scene.camera
@@ -74,10 +74,10 @@ def pixels_a_metre(scene):
 
 
 class Model:
-    """A mesh of its own with the UV map that its baked slots use.
+    """A mesh with a UV map that its baked slots use, as an object of the studio.
 
-    mesh: is given away, and removed by close(); cage: its Subsurf settings (geometry.py) or None;
-    materials: its slots'; slots: those to be baked.
+    mesh: gets the UV map; cage: its Subsurf settings (geometry.py) or None; materials: its slots'; slots: those to bake.
+    sizes: pixels of each slot's pictures, of those that have faces.
     """
 
     def __init__(self, studio, mesh, cage, matrix, materials, slots):
@@ -87,31 +87,46 @@ class Model:
                 mesh.materials[slot] = studio.blank
             else:
                 mesh.materials.append(studio.blank)
+        self.sizes = self.unwrap(matrix, slots)
         self.object = bpy.data.objects.new("burnish bake", mesh)
         studio.scene.collection.objects.link(self.object)
         self.object.matrix_world = matrix
-        kept = geometry.Kept(mesh, len(materials))
-        self.sizes = {}
+        if cage is not None:
+            self.subdivide(cage, len(mesh.loops))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        bpy.data.objects.remove(self.object)
+
+    def baker(self, slot):
+        return Baker(self, slot)
+
+    def unwrap(self, matrix, slots):
+        """Adds the UV map; returns the pixels of each slot's pictures."""
+        mesh, sizes = self.mesh, {}
         uvs = np.zeros((len(mesh.loops), 2), np.float32)
-        positions = geometry.read(mesh.vertices, "co", np.float32, 3).reshape(-1, 3)
+        positions = geometry.read(mesh.vertices, "co", np.float32, 3).reshape(-1, 3).astype(float)
         positions = np.nan_to_num(positions, posinf=0, neginf=0) @ np.array(matrix)[:3, :3].T + np.array(matrix)[:3, 3]
         edges = geometry.read(mesh.loops, "edge_index", np.int32)
         corners = geometry.read(mesh.loops, "vertex_index", np.int32)
+        kept = geometry.Kept(mesh, len(self.materials))
         for slot in slots:
             faces = kept.materials == slot
             if faces.any():
                 chosen = np.repeat(faces, kept.sizes)
-                most = PIXELS if studio.pixels > PIXELS else COARSE
-                uvs[chosen], *self.sizes[slot] = unwrap(positions.astype(float), kept.sizes[faces], corners[chosen],
-                                                        edges[chosen], studio.view(positions), most)
+                most = PIXELS if self.studio.pixels > PIXELS else COARSE
+                uvs[chosen], *sizes[slot] = unwrap(positions, kept.sizes[faces], corners[chosen], edges[chosen],
+                                                   self.studio.view(positions), most)
         rendered = next((layer.name for layer in mesh.uv_layers if layer.active_render), None)
-        layer = mesh.uv_layers.new(name=UV_LAYER)
-        layer.uv.foreach_set("vector", uvs.ravel())
+        if len(mesh.uv_layers) == UV_LAYERS:
+            mesh.uv_layers.remove(next(layer for layer in mesh.uv_layers if layer.name != rendered))
+        mesh.uv_layers.new(name=UV_LAYER).uv.foreach_set("vector", uvs.ravel())
         mesh.uv_layers.active = mesh.uv_layers[UV_LAYER]
         if rendered:
             mesh.uv_layers[rendered].active_render = True
-        if cage is not None:
-            self.subdivide(cage, len(mesh.loops))
+        return sizes
 
     def subdivide(self, cage, corners):
         modifier = self.object.modifiers.new("Subsurf", "SUBSURF")
@@ -123,13 +138,6 @@ class Model:
         while levels < 4 and corners * 4**levels <= SUBDIVISION_FACES:
             levels += 1
         modifier.levels = modifier.render_levels = levels
-
-    def baker(self, slot):
-        return Baker(self, slot)
-
-    def close(self):
-        bpy.data.objects.remove(self.object)
-        bpy.data.meshes.remove(self.mesh)
 
 
 class Baker:

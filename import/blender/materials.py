@@ -46,6 +46,8 @@ class Converted:
             self.entry = convert(material, self.inputs)
             self.shadow = not shadow_free(material)
         except Exception as error:  # an odd node must not stop the export of all others
+            if baker is not None:
+                raise
             self.notes.append((f"could not be read ({error!r}): a grey diffuse one is used", None))
             self.entry = {"closures": [{"type": "diffuse", "colour": closures.GREY_8}]}
 
