@@ -14,6 +14,7 @@ import numpy as np
 
 import geometry
 import textures
+from colournodes import fresnel_curves
 from textures import Value
 from unwrap import PADDING, unwrap
 
@@ -22,6 +23,7 @@ COARSE = 2**10  # pixels of a picture once the scene's are spent
 SAMPLES = 4  # a pixel
 UV_LAYER, UV_LAYERS = "burnish bake", 8  # Blender's most
 SUBDIVISION_FACES = 2**18  # of a cage that is baked
+VIEWER = {"ShaderNodeFresnel": "IOR", "ShaderNodeLayerWeight": "Blend"}
 LAID = {"type": "image", "interpolation": "linear", "extension": "extend", "uv_transform": [1, 0, 0, 0, 1, 0]}
 
 
@@ -206,6 +208,9 @@ def shine(material, ref):
         output = next(n for n in tree.nodes if n.type == "GROUP_OUTPUT" and n.is_active_output)
         tree.links.new(socket, next(s for s in output.inputs if s.identifier == item.identifier))
         socket = next(s for s in node.outputs if s.identifier == item.identifier)
+    for tree in trees:
+        for node in [n for n in tree.nodes if n.bl_idname in VIEWER]:
+            forget_viewer(tree, node)
     tree = material.node_tree
     output = tree.get_output_node("CYCLES")
     for entry in output.inputs:
@@ -215,3 +220,13 @@ def shine(material, ref):
     tree.links.new(socket, emission.inputs["Color"])
     tree.links.new(emission.outputs["Emission"], output.inputs["Surface"])
     return trees[1:]
+
+
+def forget_viewer(tree, node):
+    """Replaces what depends on the viewer's angle by its mean: a bake looks straight down."""
+    parameter = node.inputs[VIEWER[node.bl_idname]].default_value
+    for output in node.outputs:
+        mean = tree.nodes.new("ShaderNodeValue")
+        mean.outputs[0].default_value = fresnel_curves(node, output.name, parameter)[0].mean()
+        for link in list(output.links):
+            tree.links.new(mean.outputs[0], link.to_socket)

@@ -240,17 +240,20 @@ def dielectric(index):
 
 def fresnel(inputs, ref, node):
     """Fresnel and Layer Weight (svm/fresnel.h)."""
-    weight = node.bl_idname == "ShaderNodeLayerWeight"
-    parameter = inputs.value(ref.input("Blend" if weight else "IOR"))
+    parameter = inputs.value(ref.input("IOR" if node.bl_idname == "ShaderNodeFresnel" else "Blend"))
     if not parameter.constant:
         inputs.note(f"the texture on {node.bl_label} is replaced by its mean", nodes.name(ref))
-    parameter = float(parameter.mean()[0])
-    if ref.socket.name == "Facing":
+    return by_angle(*fresnel_curves(node, ref.socket.name, float(parameter.mean()[0])))
+
+
+def fresnel_curves(node, output, parameter):
+    """What an output of Fresnel or Layer Weight gives at COSINES, seen from the front and from the back."""
+    if output == "Facing":
         blend = min(max(parameter, 0), 1 - 1e-5)
         facing = 1 - COSINES ** (2 * blend if blend < 0.5 else 0.5 / (1 - blend))
-        return by_angle(facing, facing)
-    index = 1 / max(1 - parameter, 1e-5) if weight else max(parameter, 1e-5)
-    return by_angle(dielectric(index), dielectric(1 / index))
+        return facing, facing
+    index = max(parameter, 1e-5) if node.bl_idname == "ShaderNodeFresnel" else 1 / max(1 - parameter, 1e-5)
+    return dielectric(index), dielectric(1 / index)
 
 
 def light_path(inputs, ref, node):

@@ -127,6 +127,8 @@ class Inputs:
             self.note(f"{node.interpolation} interpolation is linear here", nodes.name(ref))
         if node.projection != "FLAT":
             self.simplified(f"projection {node.projection} is replaced by FLAT", nodes.name(ref))
+        if textures.colour_space(node.image) is None:
+            self.simplified(f"colour space {node.image.colorspace_settings.name}: read as another", nodes.name(ref))
         if node.image.source == "TILED":
             self.simplified("of a picture in tiles (UDIM) the first one is used", nodes.name(ref))
         matrix = self._coordinates(ref, node, "UV")
