@@ -53,7 +53,8 @@ class Bakery:
                     for slot in model.sizes:
                         exported[slot] = self.materials.export_baked(slots[slot], first, model.baker(slot))
                 if len(entries) > 1:
-                    self.scene_file.note(f"baked as this one is placed, for all {len(entries)} of its mesh", object=first)
+                    self.scene_file.note(f"baked as this one is placed, for all {len(entries)} of its mesh",
+                                         object=first)
         except Exception as error:  # an odd mesh or node must not stop the export of all others
             self.scene_file.note(f"could not be baked ({error!r})", object=first)
         exported = [done or self.materials.export(material, first) for done, material in zip(exported, slots)]

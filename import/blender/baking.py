@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Nodes that the format has no word for, evaluated by Cycles into pictures on one mesh.
 
-A mesh is unwrapped anew for that (unwrap.py), as finely as the camera sees it; what enters a socket is made to shine and
-baked (`EMIT`), bent normals are baked as a tangent-space map. The work is bounded: pictures by PIXELS, a scene by SCENE_PIXELS,
-after which they are coarse, and by SCENE_PICTURES, after which nothing is baked.
+A mesh is unwrapped anew for that (unwrap.py), as finely as the camera sees it; what enters a socket is made to shine
+and baked (`EMIT`), bent normals are baked as a tangent-space map. The work is bounded: a picture by PIXELS, a scene by
+SCENE_PIXELS, after which pictures are coarse, and by SCENE_PICTURES, after which nothing is baked.
 
     with Studio(scene) as studio:
         with Model(studio, mesh, cage, matrix, materials, slots) as model:   # outside of any render
@@ -78,8 +78,8 @@ def pixels_a_metre(scene):
 class Model:
     """A mesh with a UV map that its baked slots use, as an object of the studio.
 
-    mesh: gets the UV map; cage: its Subsurf settings (geometry.py) or None; materials: its slots'; slots: those to bake.
-    sizes: pixels of each slot's pictures, of those that have faces.
+    mesh: gets the UV map; cage: its Subsurf settings (geometry.py) or None; materials: its slots'; slots: those to
+    bake. sizes: pixels of each slot's pictures, of those that have faces.
     """
 
     def __init__(self, studio, mesh, cage, matrix, materials, slots):

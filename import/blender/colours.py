@@ -35,7 +35,8 @@ class Inputs:
         if self.baker is None:
             return self.value(ref)
         notes, simplified = [], []
-        value = Inputs(lambda *what: notes.append(what), lambda *what: simplified.append(what), rays=self.rays).value(ref)
+        trial = Inputs(lambda *what: notes.append(what), lambda *what: simplified.append(what), rays=self.rays)
+        value = trial.value(ref)
         if simplified or not (value.constant or value.by_angle):
             return self.baker.value(ref)
         for what in notes:
@@ -137,7 +138,8 @@ class Inputs:
         if ref.socket.name == "Alpha":
             opaque = not textures.has_alpha(node.image) and placement["extension"] != "clip"
             return Value([1, 1, 1]) if opaque else Value(None, placement, node.image, alpha=True)
-        if not node.outputs["Alpha"].is_linked and node.image.alpha_mode == "STRAIGHT" and textures.has_alpha(node.image):
+        unasked = not node.outputs["Alpha"].is_linked and node.image.alpha_mode == "STRAIGHT"
+        if unasked and textures.has_alpha(node.image):
             # Cycles keeps pictures multiplied by their alpha, and divides by it where Alpha is asked for.
             rgba = textures.pixels(node.image)
             return Value(rgba[..., :3] * rgba[..., 3:], placement)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's materials -> the format's materials.
 
-The shader tree is taken apart into weighted leaves, each of which is written as itself (closures.py). Where that is not
-exact and a mesh is at hand, a second conversion takes what was simplified from pictures baked for that mesh (baking.py).
+The shader tree is taken apart into weighted leaves, each of which is written as itself (closures.py). Where that is
+not exact, a second conversion takes what was simplified from pictures baked for the mesh at hand (baking.py).
 """
 from typing import NamedTuple
 

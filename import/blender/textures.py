@@ -225,10 +225,11 @@ def save_pixels(data, path):
 
 
 def export_texture(scene_file, value, exported, stem):
-    """Adds a Value that isn't constant as a texture; returns its index. stem names a picture that nodes have changed."""
+    """Adds a Value that isn't constant; returns its texture's index. stem names a picture that nodes have changed."""
     if value.by_angle:
         front, back = (scene_file.add_view(side, "float3") for side in value.data)
-        return scene_file.add("textures", {"type": "angle", "front": front, **({} if back == front else {"back": back})})
+        other = {} if back == front else {"back": back}
+        return scene_file.add("textures", {"type": "angle", "front": front, **other})
     placement = {key: item for key, item in value.placement.items() if key != "rotation"}
     if placement["type"] == "checker":
         return scene_file.add("textures", {**placement, "colour1": numbers(value.data[0]),

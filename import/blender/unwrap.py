@@ -7,8 +7,8 @@ PADDING = 2  # pixels around a chart, which linear interpolation may touch
 
 
 def unwrap(positions, sizes, corners, edges, density, most):
-    """positions: of the vertices, in metres; sizes: corners of each face; corners, edges: vertex and edge of each corner;
-    density: pixels a metre that each vertex wants; most: pixels of the picture, about. Numbers of edges are below 2^31.
+    """positions: of the vertices, in metres; sizes: corners of each face; corners, edges: vertex and edge of each
+    corner; density: pixels a metre that each vertex wants; most: pixels of the picture, about.
     Returns UVs of the corners, (corners, 2), and the picture's width and height."""
     faces = np.repeat(np.arange(len(sizes)), sizes)
     axis, side = directions(positions, sizes, corners, faces)

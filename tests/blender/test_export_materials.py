@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials: the shader tree as weighted closures; what the format has no word for is named by object, material, node."""
+"""Materials: the shader tree as weighted closures; what has no word is named by object, material and node."""
 import bpy
 import numpy as np
 import pytest
@@ -122,7 +122,8 @@ def test_normal_map_and_bump(scene, export):
     for kind, entry, inputs in (("NormalMap", "Color", dict(Strength=0.5)), ("Bump", "Height", dict(Distance=-0.25))):
         made, node, link = new_material(kind)
         new_plane(kind, made)
-        bent, picture, shader = node("ShaderNode" + kind, **inputs), node("ShaderNodeTexImage"), node("ShaderNodeBsdfDiffuse")
+        bent, picture = node("ShaderNode" + kind, **inputs), node("ShaderNodeTexImage")
+        shader = node("ShaderNodeBsdfDiffuse")
         picture.image = image
         link(picture.outputs["Color"], bent.inputs[entry])
         link(bent.outputs["Normal"], shader.inputs["Normal"])

@@ -263,7 +263,7 @@ def test_a_socket_in_a_group_is_baked(shine, export, cycles):
     node, link, show = shine
     group = bpy.data.node_groups.new("Colour", "ShaderNodeTree")
     group.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketShader")
-    noise, diffuse, end = (group.nodes.new(kind) for kind in ("ShaderNodeTexNoise", "ShaderNodeBsdfDiffuse", "NodeGroupOutput"))
+    noise, diffuse, end = map(group.nodes.new, ("ShaderNodeTexNoise", "ShaderNodeBsdfDiffuse", "NodeGroupOutput"))
     group.links.new(noise.outputs["Fac"], diffuse.inputs["Color"])
     group.links.new(diffuse.outputs[0], end.inputs[0])
     outer = node("ShaderNodeGroup")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Each node that materials are made of, exported and rendered by our path tracer, beside Cycles.
 
-A set-up a patch: all lie in one grid, bulge towards the camera, are lit by a sky of two colours and a lamp, and stand over
-a bright floor, which is seen through what lets light through. A patch is 24 x 24 pixels, nine blocks.
+A set-up a patch: all lie in one grid, bulge towards the camera, are lit by a sky and a lamp, and stand over a bright
+floor, which is seen through what lets light through. A patch is 24 x 24 pixels, nine blocks.
 """
 import os
 import subprocess
@@ -138,10 +138,10 @@ def colour_chain(node, link):
     """The nodes that work on each colour by itself."""
     made = bsdf("BsdfDiffuse")(node, link)
     socket = picture(node, link).outputs[0]
-    for kind, entry, inputs in (("HueSaturation", "Color", {"Hue": .6, "Saturation": .8}), ("Gamma", "Color", {"Gamma": 1.3}),
-                                ("BrightContrast", "Color", {"Bright": .1, "Contrast": .1}), ("Invert", "Color", {"Fac": .8})):
+    for kind, inputs in (("HueSaturation", {"Hue": .6, "Saturation": .8}), ("Gamma", {"Gamma": 1.3}),
+                         ("BrightContrast", {"Bright": .1, "Contrast": .1}), ("Invert", {"Fac": .8})):
         step = node("ShaderNode" + kind, **inputs)
-        link(socket, step.inputs[entry])
+        link(socket, step.inputs["Color"])
         socket = step.outputs[0]
     mix = node("ShaderNodeMix")
     mix.data_type, mix.blend_type = "RGBA", "MULTIPLY"
@@ -255,7 +255,7 @@ def build(scene, names):
     link(diffuse.outputs[0])
     new_plane("floor", floor, size=side + 4, location=(0, 0, -1))
     lamp = bpy.data.lights.new("Lamp", "AREA")
-    lamp.energy, lamp.size = 60 * side * side, side
+    lamp.energy, lamp.size = 20 * side * side, side
     new_object("Lamp", lamp, (side, 0, side), (0, .8, 0))
     bpy.data.objects.remove(scene.camera)
     new_camera((0, 0, 40)).data.angle = 2 * np.arctan(side / 2 / 40)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""import/blender/unwrap.py: points of a mesh that share a pixel are near each other, pixels are as dense as was asked."""
+"""import/blender/unwrap.py: points of a mesh that share a pixel are near each other; pixels as dense as was asked."""
 import bpy
 import numpy as np
 import pytest
