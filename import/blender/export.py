@@ -22,6 +22,7 @@ import camera  # noqa: E402
 import geometry  # noqa: E402
 import lights  # noqa: E402
 import world  # noqa: E402
+from bakery import Bakery  # noqa: E402
 from materials import Materials  # noqa: E402
 from scenefile import SceneFile, SceneFileError, transform  # noqa: E402
 
@@ -88,8 +89,10 @@ def export_scene(scene, folder, check=lambda: None):
             scene.render.use_simplify = False
         cages = geometry.prepare_cages(bpy.data.objects, scene_file)
         materials = Materials(scene_file)
+        bakery = Bakery(scene_file, materials)
         world.export(scene_file, scene.world, materials.images)  # it may have to render, which cannot be nested
-        run_in_render(scene, lambda depsgraph: walk(scene_file, scene, depsgraph, cages, materials))
+        run_in_render(scene, lambda depsgraph: walk(scene_file, scene, depsgraph, cages, materials, bakery))
+        bakery.export(scene)
         check()
         scene_file.write()
         return {name: len(entries) for name, entries in scene_file.lists.items()}
@@ -128,8 +131,9 @@ def run_in_render(scene, function):
         raise ExportError("Blender rendered nothing: no view layer is switched on")
 
 
-def walk(scene_file, scene, depsgraph, cages, materials):
+def walk(scene_file, scene, depsgraph, cages, materials, bakery):
     """Adds all that the evaluated scene holds."""
+    bakery.depsgraph = depsgraph
     if len([layer for layer in scene.view_layers if layer.use]) > 1:
         scene_file.note(f"only the view layer {depsgraph.view_layer.name} is exported")
     if not camera.export(scene_file, scene, depsgraph):
@@ -140,10 +144,10 @@ def walk(scene_file, scene, depsgraph, cages, materials):
         if time.monotonic() - shown > PROGRESS_SECONDS:
             shown = time.monotonic()
             progress(f"{count} objects in {shown - started:.0f} s")
-        export_instance(scene_file, instance, cages, materials, meshes)
+        export_instance(scene_file, instance, cages, materials, bakery, meshes)
 
 
-def export_instance(scene_file, instance, cages, materials, meshes):
+def export_instance(scene_file, instance, cages, materials, bakery, meshes):
     obj = instance.object
     if not instance.show_self:
         return
@@ -153,7 +157,7 @@ def export_instance(scene_file, instance, cages, materials, meshes):
     if obj.type == "LIGHT":
         lights.export_light(scene_file, instance)
     elif obj.type == "MESH" or obj.type in WITH_SURFACE:
-        export_object(scene_file, instance, cages, materials, meshes)
+        export_object(scene_file, instance, cages, materials, bakery, meshes)
     elif obj.type not in SILENT:
         scene_file.note(f"{LEFT_OUT.get(obj.type, obj.type.lower())} is left out", object=obj.name)
 
@@ -163,7 +167,7 @@ def slots_of(obj, mesh):
     return [slot.material for slot in obj.material_slots] + list(mesh.materials)[len(obj.material_slots):]
 
 
-def export_object(scene_file, instance, cages, materials, meshes):
+def export_object(scene_file, instance, cages, materials, bakery, meshes):
     obj = instance.object
     visible = [getattr(obj, "visible_" + ray) for ray in ("camera", "diffuse", "glossy", "shadow")]
     if not any(visible):
@@ -179,29 +183,26 @@ def export_object(scene_file, instance, cages, materials, meshes):
     if mesh is None:
         return
     slots = slots_of(obj, mesh)
-    exported = [materials.export(material, obj.name) for material in slots]
-    uv_layers = set().union(*(material.uv_layers for material in exported))
-    left_out = tuple(slot for slot, material in enumerate(exported) if material.see_through)
-    known = sorted(layer for layer in uv_layers if layer in mesh.uv_layers)
-    if len(known) > 1:
-        scene_file.note(f"several UV maps are used: {known[0]} alone is exported", object=obj.name)
     # Evaluated data of one pointer is one mesh; equal ones of different pointers meet in SceneFile.
     # What an object's own geometry nodes place is no part of the mesh that its Subsurf divides.
     own = instance.is_instance and instance.parent.original == obj.original
     cage = None if own else cages.get(obj.original.name_full)
-    uv_layer = known[0] if known else None
     matrix = instance.matrix_world.copy()
     flattened = matrix if geometry.is_singular(matrix) else None
-    key = (mesh.as_pointer(), cage is None, uv_layer, len(slots), left_out)
-    if temporary or flattened or key not in meshes:
-        meshes[key] = geometry.export_mesh(scene_file, mesh, obj.data.name, cage, uv_layer, len(slots), left_out,
-                                           flattened)
-    if meshes[key] is not None:
-        scene_file.append("objects", {"name": obj.name, "mesh": meshes[key],
-                                      "materials": [material.index for material in exported],
-                                      "transform": transform(Matrix.Identity(4) if flattened else matrix)})
-    if flattened:
-        del meshes[key]
+    entry = {"name": obj.name, "transform": transform(Matrix.Identity(4) if flattened else matrix)}
+    if flattened or not bakery.take(obj, mesh, cage, slots, matrix, entry):
+        exported = [materials.export(material, obj.name) for material in slots]
+        uv_layers = tuple(material.uv_layer for material in exported)
+        key = (mesh.as_pointer(), cage is None, uv_layers)
+        if temporary or flattened or key not in meshes:
+            meshes[key] = geometry.export_mesh(scene_file, mesh, obj.data.name, cage, uv_layers, flattened)
+        if meshes[key] is not None:
+            entry |= {"mesh": meshes[key], "materials": [material.index for material in exported]}
+            if exported and not any(material.shadow for material in exported):
+                entry["shadow"] = False
+            scene_file.append("objects", entry)
+        if flattened:
+            del meshes[key]
     if temporary:
         obj.to_mesh_clear()
 
