@@ -113,11 +113,12 @@ def silent_stdout():
 
 
 def open_scene(bpy, path):
-    """Reads the .blend, its scripts not run; its scene, which has a camera and a view layer to render."""
+    """Reads the .blend; its scene, which has a camera and a view layer to render."""
+    from openfile import FileError, open_file
     try:
-        bpy.ops.wm.open_mainfile(filepath=os.path.abspath(path), load_ui=False, use_scripts=False)
-    except RuntimeError as error:
-        fail(f"{path}: cannot be read as a Blender file: {str(error).strip().splitlines()[-1].removeprefix('Error: ')}")
+        open_file(path)
+    except FileError as error:
+        fail(error)
     scene = bpy.context.scene
     if scene.camera is None:
         fail(f"{path}: the scene {scene.name!r} has no camera")
