@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's camera and picture size -> the format's camera."""
 
+from mathutils import Vector
+
 from placement import is_finite, is_mirrored, rigid
 from scenefile import number, numbers, transform
 
@@ -64,6 +66,19 @@ def export(scene_file, scene, depsgraph):
         return "the camera sees nothing: its picture has no width or height"
     scene_file.top["camera"] = entry
     return None
+
+
+def clipper(scene, depsgraph):
+    """Function that tells whether the camera's clipping, which the format has not, hides some of what is in a box (local
+    corners) placed by a matrix: all of it before the near plane, or any behind the far one."""
+    camera_object = scene.camera.evaluated_get(depsgraph)
+    row = rigid(camera_object.matrix_world).inverted().row[2]
+    near, far = camera_object.data.clip_start, camera_object.data.clip_end
+
+    def clips(corners, matrix):
+        depths = [-(row.xyz.dot(matrix @ Vector(corner)) + row.w) for corner in corners]
+        return max(depths) > far or 0 < max(depths) < near
+    return clips
 
 
 def window(camera, extent, width, height):

@@ -74,7 +74,7 @@ def export_scene(scene, folder, check=lambda: None):
     """Exports a scene of the open file with a render's modifiers and visibility; the file in memory is changed.
     Returns the length of each list of the format. check is called before the scene takes its place; it may raise."""
     if scene.camera is None:
-        raise ExportError(f"{bpy.data.filepath}: the scene {scene.name} has no camera")
+        raise ExportError(f"the scene {scene.name} has no camera")
     with SceneFile(f"import/blender, Blender {bpy.app.version_string}", folder) as scene_file:
         if scene.render.use_simplify:
             scene_file.note("Simplify is switched off")
@@ -128,7 +128,7 @@ def walk(scene_file, scene, depsgraph, cages, materials):
     note_missing_libraries(scene_file)
     wrong = camera.export(scene_file, scene, depsgraph)
     if wrong:
-        raise ExportError(f"{bpy.data.filepath}: {scene.camera.name}: {wrong}")
+        raise ExportError(f"{scene.camera.name}: {wrong}")
     meshes = {}
     started = shown = time.monotonic()
     for count, instance in enumerate(depsgraph.object_instances):
@@ -242,8 +242,11 @@ def main():
             open_file(arguments.file)
         interruption.check()
         counts = export_scene(bpy.context.scene, arguments.output, interruption.check)
-    except (FileError, ExportError, SceneFileError) as error:
+    except (FileError, SceneFileError) as error:
         print(f"export.py: {error}", file=sys.stderr)
+        return 3
+    except ExportError as error:
+        print(f"export.py: {bpy.data.filepath}: {error}", file=sys.stderr)
         return 3
     except KeyboardInterrupt:
         print("export.py: interrupted, nothing was written", file=sys.stderr)
@@ -253,5 +256,16 @@ def main():
     return 0
 
 
+def leave(status):
+    """Ends the program at once: Blender may hang while it is taken down, as after a driver that failed."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    try:
+        os.rmdir(bpy.app.tempdir)
+    except OSError:
+        pass  # Blender keeps something there
+    os._exit(status)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    leave(main())
