@@ -67,7 +67,7 @@ class Materials:
             except Exception as error:  # an odd node must not stop the export of all others
                 converter.note(f"could not be read ({error!r}): a grey diffuse one is used", None)
                 entry = {"type": "diffuse", "colour": [0.8] * 3}
-            index = self.scene_file.add("materials", {"name": key or "Default", **entry})
+            index = self.scene_file.add("materials", {"name": key or "Default", **as_closures(entry)})
             self.exported[key] = Exported(index, converter.inputs.uv_layers, converter.see_through)
         return self.exported[key]
 
@@ -344,6 +344,13 @@ class Converter:
                     self.note(f"{name} is limited to {low:g} .. {high:g}", None)
                 entry[name] = number(data[0]) if name in scalars else numbers(data)
         return entry
+
+
+def as_closures(entry):
+    """A material of one closure, which is none where it is black."""
+    emission = {key: entry[key] for key in ("emission", "emission_sides") if key in entry}
+    closure = {key: value for key, value in entry.items() if key not in emission}
+    return {"closures": [] if closure.get("colour") == [0, 0, 0] else [closure], **emission}
 
 
 def shaders(ref):

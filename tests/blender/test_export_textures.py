@@ -60,7 +60,7 @@ def lookup(scene, texture, u, v):
 
 def check(scene, show, cycles, tolerance=0.004):
     """The plane as the format gives it, against Cycles, at pixels' centres."""
-    texture = scene["textures"][scene.material("Shine")["colour"]["texture"]]
+    texture = scene["textures"][scene.closure("Shine")["colour"]["texture"]]
     at = (np.arange(PIXELS) + 0.5) / PIXELS
     expected = np.array([[lookup(scene, texture, u, v) for u in at] for v in at[::-1]])
     show(None)
@@ -229,7 +229,7 @@ def test_missing_image_is_magenta(broken, shine, export, tmp_path):
     loaded.reload()
     paint(shine, loaded)
     exported = export()
-    assert exported.material("Shine")["colour"] == [1, 0, 1]
+    assert exported.closure("Shine")["colour"] == [1, 0, 1]
     note, = exported.notes("missing")
     assert note["material"] == "Shine" and not exported["images"]
 
@@ -269,6 +269,6 @@ def test_roughness_texture_and_grey_of_a_colour(scene, export):
     link(checker.outputs["Color"], shader.inputs["Roughness"])
     link(shader.outputs["BSDF"])
     exported = export()
-    texture = exported["textures"][exported.material("Floor")["roughness"]["texture"]]
+    texture = exported["textures"][exported.closure("Floor")["roughness"]["texture"]]
     # Blender takes the luminance of a colour, the format the mean of the channels.
     assert texture["colour2"] == pytest.approx([0.2126] * 3) and texture["colour1"] == pytest.approx([0.2] * 3)
