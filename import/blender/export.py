@@ -76,9 +76,14 @@ def export_scene(scene, folder, check=lambda: None):
     if scene.camera is None:
         raise ExportError(f"the scene {scene.name} has no camera")
     with SceneFile(f"import/blender, Blender {bpy.app.version_string}", folder) as scene_file:
-        if scene.render.use_simplify:
-            scene_file.note("Simplify is switched off")
-            scene.render.use_simplify = False
+        for found, text in (
+                (scene.render.use_simplify, "Simplify is switched off"),
+                (scene.render.use_compositing and scene.use_nodes, "the compositor is left out: the picture is the render"),
+                (scene.render.use_sequencer and scene.sequence_editor and len(scene.sequence_editor.strips),
+                 "the video sequence is left out: the picture is the render")):
+            if found:
+                scene_file.note(text)
+        scene.render.use_simplify = False
         cages = geometry.prepare_cages(bpy.data.objects, scene_file)
         materials = Materials(scene_file)
         world.export(scene_file, scene.world, materials.images)  # it may have to render, which cannot be nested
@@ -129,13 +134,14 @@ def walk(scene_file, scene, depsgraph, cages, materials):
     wrong = camera.export(scene_file, scene, depsgraph)
     if wrong:
         raise ExportError(f"{scene.camera.name}: {wrong}")
+    clips = camera.clipper(scene, depsgraph)
     meshes = {}
     started = shown = time.monotonic()
     for count, instance in enumerate(depsgraph.object_instances):
         if time.monotonic() - shown > PROGRESS_SECONDS:
             shown = time.monotonic()
             progress(f"{count} objects in {shown - started:.0f} s")
-        export_instance(scene_file, instance, depsgraph.view_layer, cages, materials, meshes)
+        export_instance(scene_file, instance, depsgraph.view_layer, clips, cages, materials, meshes)
     if not scene_file.lists["objects"]:
         scene_file.note("the scene has no surface that is rendered")
     if not (scene_file.lists["lights"] or "world" in scene_file.top
@@ -150,7 +156,7 @@ def note_missing_libraries(scene_file):
             scene_file.note(f"the library {library.filepath} is missing: what it held is left out")
 
 
-def export_instance(scene_file, instance, view_layer, cages, materials, meshes):
+def export_instance(scene_file, instance, view_layer, clips, cages, materials, meshes):
     obj = instance.object
     if not instance.show_self:
         return
@@ -165,7 +171,7 @@ def export_instance(scene_file, instance, view_layer, cages, materials, meshes):
     if obj.type == "LIGHT":
         lights.export_light(scene_file, instance)
     elif obj.type == "MESH" or obj.type in WITH_SURFACE:
-        export_object(scene_file, instance, view_layer, cages, materials, meshes)
+        export_object(scene_file, instance, view_layer, clips, cages, materials, meshes)
     elif obj.type not in SILENT:
         scene_file.note(f"{LEFT_OUT.get(obj.type, obj.type.lower())} is left out", object=obj.name)
 
@@ -184,7 +190,7 @@ def hidden_from(instance, view_layer):
     return hidden
 
 
-def export_object(scene_file, instance, view_layer, cages, materials, meshes):
+def export_object(scene_file, instance, view_layer, clips, cages, materials, meshes):
     obj = instance.object
     hidden = hidden_from(instance, view_layer)
     if len(hidden) == len(RAYS):
@@ -194,7 +200,9 @@ def export_object(scene_file, instance, view_layer, cages, materials, meshes):
     for found, text in ((others, "hidden from {} rays: seen by them here".format(", ".join(others))),
                         (obj.is_holdout or obj.original.holdout_get(view_layer=view_layer),
                          "a holdout: an ordinary object here"),
-                        (obj.is_shadow_catcher, "a shadow catcher: an ordinary object here")):
+                        (obj.is_shadow_catcher, "a shadow catcher: an ordinary object here"),
+                        ("camera" not in hidden and clips(obj.bound_box, instance.matrix_world),
+                         "the camera's clip start or end hides some of it: seen here")):
         if found:
             scene_file.note(text, object=obj.name)
     temporary = obj.type != "MESH"
