@@ -46,6 +46,11 @@ class Scene:
     def material(self, name):
         return next(m for m in self.json["materials"] if m["name"] == name)
 
+    def closure(self, name):
+        """The only closure of the material of this name."""
+        only, = self.material(name)["closures"]
+        return only
+
     def notes(self, word):
         return [note for note in self.json["notes"] if word in note["text"]]
 
