@@ -68,8 +68,8 @@ def export(scene_file, scene, depsgraph):
 
 
 def clipper(scene, depsgraph):
-    """Function that tells whether the camera's clipping, which the format has not, hides some of what is in a box (local
-    corners) placed by a matrix: all of it before the near plane, or any behind the far one."""
+    """Function that tells whether the camera's clipping, which the format has not, hides some of what is in a box
+    (local corners) placed by a matrix: all of it before the near plane, or any behind the far one."""
     camera_object = scene.camera.evaluated_get(depsgraph)
     row = rigid(camera_object.matrix_world).inverted().row[2]
     near, far = camera_object.data.clip_start, camera_object.data.clip_end

@@ -123,7 +123,7 @@ def test_interrupted_export_leaves_the_old_scene(error, scene, tmp_path, monkeyp
 
     def fail(*arguments):
         raise error
-    monkeypatch.setattr(exporter, "transform", fail)  # after the first mesh was written
+    monkeypatch.setattr("walk.transform", fail)  # after the first mesh was written
     with pytest.raises(error):
         exporter.export_scene(scene, str(folder))
     assert os.listdir(tmp_path) == ["scene"]
