@@ -17,7 +17,7 @@ static void path_pixel(const struct model *model, int spp, uint64_t seed, int x,
         struct rng rng = rng_seed(seed ^ (uint64_t)SEED_PATH << 32, index, (uint64_t)i);
         float u = rng_float(&rng), v = rng_float(&rng);
         struct point point;
-        if (!primary(model, (float)x + u, (float)y + v, pixel, &point)) continue;
+        if (!primary(model, (float)x + u, (float)y + v, &rng, pixel, &point)) continue;
         struct radiance radiance = path_radiance(model, &point, &rng);
         pixel->direct = add(pixel->direct, radiance.direct);
         pixel->indirect = add(pixel->indirect, radiance.indirect);
