@@ -2,6 +2,7 @@
 #include "render/shade.h"
 
 #include "render/bumps.h"
+#include "render/pane.h"
 #include "render/surface.h"
 #include "render/transform.h"
 
@@ -25,6 +26,20 @@ static inline float3 interpolate(const float *a, const float *b, const float *c,
 {
     float w = 1 - u - v;
     return vec3(w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1], w * a[2] + u * b[2] + v * c[2]);
+}
+
+/* SCENE_NONE: the default one. */
+static int material_at(const struct model *model, const struct hit *hit)
+{
+    const struct scene_object *object = &model->scene->objects[hit->object];
+    uint32_t slot = model->objects[hit->object].triangles->slots[hit->triangle];
+    return slot < object->slot_count ? object->materials[slot] : SCENE_NONE;
+}
+
+bool shade_may_pass(const struct model *model, const struct hit *hit)
+{
+    int material = material_at(model, hit);
+    return material != SCENE_NONE && surface_may_pass(&model->scene->materials[material]);
 }
 
 /* What of a material goes by uv: its texture place, and where asked for, tangents. */
@@ -76,15 +91,13 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
     ng = normalize(ng);
     n = dot(n, n) > 0 ? normalize(n) : ng;
     *point = (struct point){
-        .p = p, .wo = scale(ray.dir, -1), .object = hit->object, .triangle = hit->triangle, .material = SCENE_NONE};
+        .p = p, .wo = scale(ray.dir, -1), .object = hit->object, .triangle = hit->triangle};
     point->front = dot(ng, point->wo) >= 0;
     point->ng = point->front ? ng : scale(ng, -1);
     point->n = point->front ? n : scale(n, -1);
     point->origin = trace_offset(p, point->ng);
 
-    const struct scene_object *source = &model->scene->objects[hit->object];
-    uint32_t slot = t->slots[hit->triangle];
-    if (slot < source->slot_count) point->material = source->materials[slot];
+    point->material = material_at(model, hit);
     if (point->material == SCENE_NONE) {
         point->brdf = (struct brdf){.kd = {0.8f, 0.8f, 0.8f}};
         return;
@@ -120,15 +133,24 @@ float shade_curvature(const struct model *model, const struct point *point, floa
     return (point->front ? sum : -sum) / along;
 }
 
-rgb shade_direct(const struct model *model, const struct point *point, const float u[static 3], bool mis)
+static rgb direct_from(const struct model *model, const struct point *point, bool beyond, const float u[static 3],
+                       bool mis)
 {
     const rgb black = {0};
+    struct side side = shade_side(point, beyond);
     struct light_sample sample;
-    if (!lights_sample(model->lights, point->origin, point->n, u, &sample)) return black;
-    float cos_i = dot(point->n, sample.wi), pdf;
-    if (cos_i <= 0 || dot(point->ng, sample.wi) <= 0) return black;
+    if (!lights_sample(model->lights, side.origin, side.n, u, &sample)) return black;
+    float cos_i = dot(side.n, sample.wi), pdf;
+    if (cos_i <= 0 || dot(side.ng, sample.wi) <= 0) return black;
     rgb f = brdf_eval_pdf(&point->brdf, point->n, point->wo, sample.wi, &pdf);
-    if (is_black(f) || trace_occluded(model->trace, point->origin, sample.wi, sample.distance)) return black;
+    if (is_black(f)) return black;
+    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.distance);
     float weight = mis && sample.pdf > 0 ? mis_weight(sample.pdf, pdf) : 1;
-    return mul(f, scale(sample.weight, cos_i * weight));
+    return mul(mul(f, lit), scale(sample.weight, cos_i * weight));
+}
+
+rgb shade_direct(const struct model *model, const struct point *point, const float u[static 3], bool mis)
+{
+    rgb light = direct_from(model, point, false, u, mis);
+    return brdf_spreads(&point->brdf) ? add(light, direct_from(model, point, true, u, mis)) : light;
 }
