@@ -29,30 +29,43 @@ static float scalar_at(const struct textures *textures, const struct scene_scala
     return (c.x + c.y + c.z) / 3;
 }
 
+/* Adds what one closure reflects. */
+static void add_closure(const struct textures *textures, const struct scene_closure *closure, float2 uv,
+                        struct point *point)
+{
+    rgb colour = colour_at(textures, &closure->colour, uv), weight = colour_at(textures, &closure->weight, uv);
+    struct brdf part = {0};
+    if (closure->type == CLOSURE_DIFFUSE) {
+        part.kd = colour;
+    } else if (closure->type == CLOSURE_PHONG) {
+        part = brdf_phong(colour, colour_at(textures, &closure->ks, uv),
+                          maxf(scalar_at(textures, &closure->exponent, uv), 0));
+    } else if (closure->type == CLOSURE_PRINCIPLED) {
+        struct principled principled = {.base_colour = colour,
+                                        .specular_tint = colour_at(textures, &closure->specular_tint, uv),
+                                        .metallic = scalar_at(textures, &closure->metallic, uv),
+                                        .roughness = scalar_at(textures, &closure->roughness, uv),
+                                        .ior = scalar_at(textures, &closure->ior, uv),
+                                        .specular_level = scalar_at(textures, &closure->specular_level, uv),
+                                        .distribution = DISTRIBUTION_MULTI_GGX};
+        part = brdf_principled(&principled, dot(point->n, point->wo), point->front);
+    }
+    brdf_add(&point->brdf, &part, weight);
+}
+
 static void shade_material(const struct model *model, const struct scene_material *material, float2 uv,
                            struct point *point)
 {
     const struct textures *textures = &model->textures;
-    if (point->front || !material->emission_front_only) point->emission = vec_from(material->emission);
-    rgb colour = colour_at(textures, &material->colour, uv);
-    if (material->type == MATERIAL_DIFFUSE) {
-        point->brdf = (struct brdf){.kd = colour};
-        return;
-    }
-    point->n = pull_normal(point->n, point->ng, point->wo);
-    if (material->type == MATERIAL_PHONG) {
-        point->brdf = brdf_phong(colour, colour_at(textures, &material->ks, uv),
-                                 maxf(scalar_at(textures, &material->exponent, uv), 0));
-        return;
-    }
-    struct principled principled = {.base_colour = colour,
-                                    .specular_tint = vec_from(material->specular_tint),
-                                    .metallic = scalar_at(textures, &material->metallic, uv),
-                                    .roughness = scalar_at(textures, &material->roughness, uv),
-                                    .ior = material->ior,
-                                    .specular_level = material->specular_level,
-                                    .distribution = DISTRIBUTION_MULTI_GGX};
-    point->brdf = brdf_principled(&principled, dot(point->n, point->wo), point->front);
+    if (point->front ? material->emission_front : material->emission_back)
+        point->emission = vec_from(material->emission.value);
+    bool glossy = false;
+    for (int i = 0; i < material->closure_count; i++)
+        glossy = glossy || material->closures[i].type != CLOSURE_DIFFUSE;
+    if (glossy) point->n = pull_normal(point->n, point->ng, point->wo);
+    for (int i = 0; i < material->closure_count; i++)
+        if (point->front ? material->closures[i].front : material->closures[i].back)
+            add_closure(textures, &material->closures[i], uv, point);
 }
 
 static inline float3 interpolate(const float *a, const float *b, const float *c, float u, float v)

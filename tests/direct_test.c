@@ -16,7 +16,7 @@ static struct stage *lamp_over_floor(float kd, float ks, float exponent, float r
 {
     struct stage *s = new_stage();
     struct scene_material lamp = grey(0, 0, 0, radiance);
-    lamp.emission_front_only = true;
+    lamp.emission_back = false;
     add_quad(s, vec3(0, 0, 0), vec3(4, 0, 0), vec3(0, 4, 0), grey(kd, ks, exponent, 0));
     add_quad(s, vec3(0, 0, 1.5f), vec3(0, .5f, 0), vec3(.5f, 0, 0), lamp);
     return s;

@@ -21,8 +21,11 @@ from mathutils import Matrix  # noqa: E402
 import camera  # noqa: E402
 import geometry  # noqa: E402
 import lights  # noqa: E402
+import placement  # noqa: E402
 import world  # noqa: E402
+from bakery import Bakery  # noqa: E402
 from materials import Materials  # noqa: E402
+from openfile import FileError, open_file  # noqa: E402
 from scenefile import SceneFile, SceneFileError, transform  # noqa: E402
 
 ENGINE = "BURNISH_EXPORT"
@@ -30,6 +33,7 @@ LEFT_OUT = {"VOLUME": "volume", "CURVES": "hair curves", "POINTCLOUD": "point cl
             "GPENCIL": "grease pencil"}
 SILENT = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
 WITH_SURFACE = {"CURVE", "SURFACE", "FONT", "META"}
+RAYS = ("camera", "shadow", "diffuse", "glossy", "transmission")
 PROGRESS_SECONDS = 2
 
 
@@ -67,16 +71,6 @@ def parse_arguments():
     return parser.parse_args(arguments)
 
 
-def open_file(path):
-    if not os.path.isfile(path):
-        raise ExportError(f"{path}: no such file")
-    try:
-        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
-    except RuntimeError as error:
-        reason = str(error).strip().splitlines()[-1].removeprefix("Error: ")
-        raise ExportError(f"{path}: cannot be read as a Blender file: {reason}") from error
-
-
 def export_scene(scene, folder, check=lambda: None):
     """Exports a scene of the open file with a render's modifiers and visibility; the file in memory is changed.
     Returns the length of each list of the format. check is called before the scene takes its place; it may raise."""
@@ -88,8 +82,10 @@ def export_scene(scene, folder, check=lambda: None):
             scene.render.use_simplify = False
         cages = geometry.prepare_cages(bpy.data.objects, scene_file)
         materials = Materials(scene_file)
+        bakery = Bakery(scene_file, materials)
         world.export(scene_file, scene.world, materials.images)  # it may have to render, which cannot be nested
-        run_in_render(scene, lambda depsgraph: walk(scene_file, scene, depsgraph, cages, materials))
+        run_in_render(scene, lambda depsgraph: walk(scene_file, scene, depsgraph, cages, materials, bakery))
+        bakery.export(scene)
         check()
         scene_file.write()
         return {name: len(entries) for name, entries in scene_file.lists.items()}
@@ -128,32 +124,52 @@ def run_in_render(scene, function):
         raise ExportError("Blender rendered nothing: no view layer is switched on")
 
 
-def walk(scene_file, scene, depsgraph, cages, materials):
+def walk(scene_file, scene, depsgraph, cages, materials, bakery):
     """Adds all that the evaluated scene holds."""
+    bakery.depsgraph = depsgraph
     if len([layer for layer in scene.view_layers if layer.use]) > 1:
         scene_file.note(f"only the view layer {depsgraph.view_layer.name} is exported")
-    if not camera.export(scene_file, scene, depsgraph):
-        raise ExportError(f"{scene.camera.name}: is no camera, but the scene's camera")
+    note_missing_libraries(scene_file)
+    wrong = camera.export(scene_file, scene, depsgraph)
+    if wrong:
+        raise ExportError(f"{bpy.data.filepath}: {scene.camera.name}: {wrong}")
     meshes = {}
     started = shown = time.monotonic()
     for count, instance in enumerate(depsgraph.object_instances):
         if time.monotonic() - shown > PROGRESS_SECONDS:
             shown = time.monotonic()
             progress(f"{count} objects in {shown - started:.0f} s")
-        export_instance(scene_file, instance, cages, materials, meshes)
+        export_instance(scene_file, instance, depsgraph.view_layer, cages, materials, bakery, meshes)
+    if not scene_file.lists["objects"]:
+        scene_file.note("the scene has no surface that is rendered")
+    if not (scene_file.lists["lights"] or "world" in scene_file.top
+            or any("emission" in material for material in scene_file.lists["materials"])):
+        scene_file.note("nothing gives light: the picture is black")
 
 
-def export_instance(scene_file, instance, cages, materials, meshes):
+def note_missing_libraries(scene_file):
+    for library in bpy.data.libraries:
+        path = bpy.path.abspath(library.filepath)
+        if not os.path.isfile(path):
+            scene_file.note(f"the library {library.filepath} is missing: what it held is left out")
+
+
+def export_instance(scene_file, instance, view_layer, cages, materials, bakery, meshes):
     obj = instance.object
     if not instance.show_self:
         return
+    if not placement.is_finite(instance.matrix_world):
+        scene_file.note("its place holds numbers that are not finite: left out", object=obj.name)
+        return
+    if obj.light_linking.receiver_collection or obj.light_linking.blocker_collection:
+        scene_file.note("light linking is left out: lights all objects", object=obj.name)
     for system in obj.particle_systems if instance.show_particles else ():
         if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
             scene_file.note(f"hair of the particle system {system.name} is left out", object=obj.name)
     if obj.type == "LIGHT":
         lights.export_light(scene_file, instance)
     elif obj.type == "MESH" or obj.type in WITH_SURFACE:
-        export_object(scene_file, instance, cages, materials, meshes)
+        export_object(scene_file, instance, view_layer, cages, materials, bakery, meshes)
     elif obj.type not in SILENT:
         scene_file.note(f"{LEFT_OUT.get(obj.type, obj.type.lower())} is left out", object=obj.name)
 
@@ -163,14 +179,25 @@ def slots_of(obj, mesh):
     return [slot.material for slot in obj.material_slots] + list(mesh.materials)[len(obj.material_slots):]
 
 
-def export_object(scene_file, instance, cages, materials, meshes):
+def hidden_from(instance, view_layer):
+    """The kinds of rays that do not see an object, nor its instancer or collection (cycles/blender/object.cpp)."""
+    obj, placed_by = instance.object, instance.parent if instance.is_instance else instance.object
+    hidden = {ray for ray in RAYS for thing in (obj, placed_by) if not getattr(thing, "visible_" + ray)}
+    if placed_by.original.indirect_only_get(view_layer=view_layer):
+        hidden.add("camera")
+    return hidden
+
+
+def export_object(scene_file, instance, view_layer, cages, materials, bakery, meshes):
     obj = instance.object
-    visible = [getattr(obj, "visible_" + ray) for ray in ("camera", "diffuse", "glossy", "shadow")]
-    if not any(visible):
+    hidden = hidden_from(instance, view_layer)
+    if len(hidden) == len(RAYS):
         scene_file.note("hidden from all rays: left out", object=obj.name)
         return
-    for found, text in ((not all(visible), "hidden from some kinds of rays: seen by all here"),
-                        (obj.is_holdout, "a holdout: an ordinary object here"),
+    others = [ray for ray in RAYS if ray in hidden and ray not in ("camera", "shadow")]
+    for found, text in ((others, "hidden from {} rays: seen by them here".format(", ".join(others))),
+                        (obj.is_holdout or obj.original.holdout_get(view_layer=view_layer),
+                         "a holdout: an ordinary object here"),
                         (obj.is_shadow_catcher, "a shadow catcher: an ordinary object here")):
         if found:
             scene_file.note(text, object=obj.name)
@@ -179,29 +206,27 @@ def export_object(scene_file, instance, cages, materials, meshes):
     if mesh is None:
         return
     slots = slots_of(obj, mesh)
-    exported = [materials.export(material, obj.name) for material in slots]
-    uv_layers = set().union(*(material.uv_layers for material in exported))
-    left_out = tuple(slot for slot, material in enumerate(exported) if material.see_through)
-    known = sorted(layer for layer in uv_layers if layer in mesh.uv_layers)
-    if len(known) > 1:
-        scene_file.note(f"several UV maps are used: {known[0]} alone is exported", object=obj.name)
     # Evaluated data of one pointer is one mesh; equal ones of different pointers meet in SceneFile.
     # What an object's own geometry nodes place is no part of the mesh that its Subsurf divides.
     own = instance.is_instance and instance.parent.original == obj.original
     cage = None if own else cages.get(obj.original.name_full)
-    uv_layer = known[0] if known else None
     matrix = instance.matrix_world.copy()
-    flattened = matrix if geometry.is_singular(matrix) else None
-    key = (mesh.as_pointer(), cage is None, uv_layer, len(slots), left_out)
-    if temporary or flattened or key not in meshes:
-        meshes[key] = geometry.export_mesh(scene_file, mesh, obj.data.name, cage, uv_layer, len(slots), left_out,
-                                           flattened)
-    if meshes[key] is not None:
-        scene_file.append("objects", {"name": obj.name, "mesh": meshes[key],
-                                      "materials": [material.index for material in exported],
-                                      "transform": transform(Matrix.Identity(4) if flattened else matrix)})
-    if flattened:
-        del meshes[key]
+    flattened = matrix if placement.is_singular(matrix) else None
+    entry = {"name": obj.name, "transform": transform(Matrix.Identity(4) if flattened else matrix)}
+    entry |= {ray: False for ray in ("camera", "shadow") if ray in hidden}
+    if flattened or not bakery.take(obj, mesh, cage, slots, matrix, entry):
+        exported = [materials.export(material, obj.name) for material in slots]
+        uv_layers = tuple(material.uv_layer for material in exported)
+        key = (mesh.as_pointer(), cage is None, uv_layers)
+        if temporary or flattened or key not in meshes:
+            meshes[key] = geometry.export_mesh(scene_file, mesh, obj.data.name, cage, uv_layers, flattened)
+        if meshes[key] is not None:
+            entry |= {"mesh": meshes[key], "materials": [material.index for material in exported]}
+            if exported and not any(material.shadow for material in exported):
+                entry["shadow"] = False
+            scene_file.append("objects", entry)
+        if flattened:
+            del meshes[key]
     if temporary:
         obj.to_mesh_clear()
 
@@ -218,7 +243,7 @@ def main():
             open_file(arguments.file)
         interruption.check()
         counts = export_scene(bpy.context.scene, arguments.output, interruption.check)
-    except (ExportError, SceneFileError) as error:
+    except (FileError, ExportError, SceneFileError) as error:
         print(f"export.py: {error}", file=sys.stderr)
         return 3
     except KeyboardInterrupt:
