@@ -9,7 +9,7 @@
 enum { SEED_PIXEL = 401, BATCH = 16 };
 
 /* Shadow rays a camera ray: to lamps (a power of two); under an environment alone, which comes from all sides. */
-enum { SHADOW_RAYS = 4, SKY_RAYS = 8 };
+enum { SHADOW_RAYS = 4, SKY_RAYS = 12 };
 
 /* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
@@ -177,7 +177,8 @@ static void look_up(const struct cached *cached, const struct point *mean, float
 }
 
 /* Samples first .. first + count of a pixel. */
-static void add_batch(const struct cached *cached, int x, int y, int first, int count, struct pixel *pixel)
+static void add_batch(const struct cached *cached, int x, int y, int first, int count, struct shadow_memory *memory,
+                      struct pixel *pixel)
 {
     uint64_t index = (uint64_t)(y * cached->model->scene->camera.width + x);
     struct rng rng = rng_seed(cached->seed ^ (uint64_t)SEED_PIXEL << 32, index, (uint64_t)first);
@@ -223,13 +224,13 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         int rays = cached->direct.sky ? SKY_RAYS : SHADOW_RAYS;
         look_up(cached, &point, samples, pixel, &rng);
         rgb light = direct_light(&cached->direct, &point, groups[i].averages, groups[i].origins, groups[i].count,
-                                 rays * groups[i].count, &rng);
+                                 rays * groups[i].count, memory, &rng);
         pixel->direct = mad(pixel->direct, light, samples);
     }
 }
 
-void cached_pixel(const struct cached *cached, int x, int y, struct pixel *pixel)
+void cached_pixel(const struct cached *cached, int x, int y, struct shadow_memory *memory, struct pixel *pixel)
 {
     for (int first = 0; first < cached->spp; first += BATCH)
-        add_batch(cached, x, y, first, cached->spp - first < BATCH ? cached->spp - first : BATCH, pixel);
+        add_batch(cached, x, y, first, cached->spp - first < BATCH ? cached->spp - first : BATCH, memory, pixel);
 }
