@@ -80,12 +80,11 @@ static rgb record_colour(uint32_t record)
 }
 
 /* Light that bounced, and that of lamps where records hold it. */
-static rgb traced(const struct cached *cached, struct ray ray, struct rng *rng)
+static struct gathered traced(const struct cached *cached, struct ray ray, struct rng *rng)
 {
     const struct diffuse_cache *bounced = &cached->fill->bounced;
-    struct gathered light = cached->fill->options.lamps ? gather_all(cached->model, bounced, ray, rng)
-                                                        : gather(cached->model, bounced, ray, rng, NULL);
-    return add(light.surface, light.mirrored);
+    return cached->fill->options.lamps ? gather_all(cached->model, bounced, ray, rng)
+                                       : gather(cached->model, bounced, ray, rng, NULL);
 }
 
 /* Light of the lobes by one traced ray each, u two numbers in [0, 1). *lamps, where it isn't NULL: what lamps send
@@ -100,7 +99,8 @@ static rgb traced_lobes(const struct cached *cached, const struct point *point, 
         if (is_black(weight) || dot(wi, point->ng) <= 0) continue;
         struct ray ray = {point->origin, wi};
         if (!lamps) {
-            sum = add(sum, mul(weight, traced(cached, ray, rng)));
+            struct gathered light = traced(cached, ray, rng);
+            sum = add(sum, mul(weight, add(light.surface, light.mirrored)));
             continue;
         }
         struct gathered light = gather_specular(cached->model, &cached->fill->bounced, ray, point->n, pdf, rng, &lamp);
@@ -118,7 +118,8 @@ static rgb traced_indirect(const struct cached *cached, const struct point *poin
         float u[2] = {rng_float(rng), rng_float(rng)};
         float3 dir = cosine_direction(point->n, u);
         if (dot(dir, point->ng) > 0) {
-            sum = mul(point->brdf.kd, traced(cached, (struct ray){point->origin, dir}, rng));
+            struct gathered light = traced(cached, (struct ray){point->origin, dir}, rng);
+            sum = mul(point->brdf.kd, gathered_diffuse(&light, &cached->fill->bounced));
         }
     }
     return add(sum, traced_lobes(cached, point, (float2){rng_float(rng), rng_float(rng)}, NULL, rng));
@@ -156,6 +157,10 @@ static void look_up(const struct cached *cached, const struct point *mean, float
     const struct record_cache *cache = glossy ? &cached->fill->glossy : &cached->fill->diffuse;
     struct cache_match matches[CACHE_MATCHES];
     int count = cache_find(&cache->zones, point.p, point.n, matches), best = 0;
+    if (!is_black(point.brdf.kd)) {
+        rgb caustic = caustics_irradiance(cached->model, &cached->fill->bounced.caustics, &point, rng);
+        pixel->indirect = mad(pixel->indirect, mul(point.brdf.kd, caustic), samples / PI);
+    }
     if (!count) {
         if (!glossy) point.brdf.lobe_count = 0; /* traced already */
         for (int i = 0; i < (int)samples; i++)
