@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/pane.h"
 #include "render/sequence.h"
 #include "render/transform.h"
 
@@ -87,19 +88,41 @@ static double site(const struct model *model, const struct sites *sites, float u
     return weight / (sites->reach[count - 1] * area(&model->objects[object], hit->triangle));
 }
 
-/* What part of f's lobes is drawn by each, about. */
-static float lobe_weights(const struct brdf *brdf, float weights[static 2])
+/* How often each lobe that reflects is drawn; returns the sum. */
+static float lobe_weights(const struct brdf *brdf, float cos_o, float weights[static BRDF_LOBES])
 {
     float sum = 0;
-    for (int i = 0; i < brdf->lobe_count; i++) sum += weights[i] = luminance(brdf->lobes[i].weight);
+    for (int i = 0; i < brdf->lobe_count; i++) {
+        const struct lobe *lobe = &brdf->lobes[i];
+        sum += weights[i] = lobe_transmits(lobe) ? 0 : luminance(lobe_albedo(lobe, maxf(cos_o, 0)));
+    }
     return sum;
+}
+
+/* f of the lobes that reflect. */
+static rgb reflected(const struct point *point, float3 wi)
+{
+    rgb f = {0};
+    for (int i = 0; i < point->brdf.lobe_count; i++)
+        if (!lobe_transmits(&point->brdf.lobes[i]))
+            f = add(f, lobe_eval(&point->brdf.lobes[i], point->n, point->wo, wi));
+    return f;
+}
+
+/* The pdf of a direction drawn by lobes with these weights. */
+static float reflected_pdf(const struct point *point, const float weights[static BRDF_LOBES], float sum, float3 wi)
+{
+    float pdf = 0;
+    for (int i = 0; i < point->brdf.lobe_count; i++)
+        if (weights[i] > 0) pdf += weights[i] / sum * lobe_pdf(&point->brdf.lobes[i], point->n, point->wo, wi);
+    return pdf;
 }
 
 static void look(const struct model *model, const struct sites *sites, uint32_t i, uint64_t seed, struct candidate *c)
 {
     struct picture_sequence spread = {i, (uint32_t)rng_mix(seed + SEED_CAUSTICS), 0};
     float2 place = sequence_next(&spread), on_light = sequence_next(&spread), choices = sequence_next(&spread);
-    float u[3] = {choices.y, on_light.x, on_light.y}, weights[2];
+    float u[3] = {choices.y, on_light.x, on_light.y}, weights[BRDF_LOBES];
     struct point point;
     struct light_sample light;
     *c = (struct candidate){.weight = 0};
@@ -114,7 +137,19 @@ static void look(const struct model *model, const struct sites *sites, uint32_t 
     c->wi = light.wi;
     c->distance = light.distance;
     c->flux = scale(light.weight, (float)(cosine / (density * CANDIDATES)));
-    c->weight = luminance(c->flux) * lobe_weights(&point.brdf, weights);
+    c->weight = luminance(c->flux) * lobe_weights(&point.brdf, cosine, weights);
+}
+
+/* Follows a ray to the first surface that isn't passed. False where there is none. */
+static bool arrive(const struct model *model, struct ray ray, struct rng *rng, struct point *point, rgb *weight)
+{
+    struct hit hit;
+    while (trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) {
+        shade_point(model, ray, &hit, point);
+        if (!pane_pass(point, rng, weight)) return true;
+        ray.origin = shade_origin(point, ray.dir);
+    }
+    return false;
 }
 
 /* Sends a candidate's light on, `share` of it. False where it comes down on nothing diffuse. */
@@ -122,29 +157,25 @@ static bool send(const struct model *model, const struct candidate *c, float sha
                  struct photon *photon)
 {
     struct point from, seen, to;
-    struct hit hit;
-    float weights[2], u[2], pdf, density = 0;
+    float weights[BRDF_LOBES], u[2], pdf;
     float3 dir;
-    if (trace_occluded(model->trace, c->origin, c->wi, c->distance)) return false;
+    rgb flux = mul(scale(c->flux, share), pane_transmittance(model, c->origin, c->wi, c->distance));
     shade_point(model, (struct ray){c->origin, scale(c->wi, -1)}, &c->hit, &from);
-    float sum = lobe_weights(&from.brdf, weights), pick = rng_float(rng) * sum;
+    float sum = lobe_weights(&from.brdf, dot(from.n, from.wo), weights), pick = rng_float(rng) * sum;
+    if (is_black(flux) || !(sum > 0)) return false;
+    int k = 0;
+    while (k < from.brdf.lobe_count - 1 && (pick >= weights[k] || weights[k] == 0)) pick -= weights[k++];
     u[0] = rng_float(rng);
     u[1] = rng_float(rng);
-    const struct lobe *lobe = &from.brdf.lobes[from.brdf.lobe_count > 1 && pick >= weights[0] ? 1 : 0];
-    if (!(sum > 0) || is_black(lobe_sample(lobe, from.n, from.wo, u, &dir, &pdf)) || dot(dir, from.ng) <= 0 ||
-        !trace_closest(model->trace, from.origin, dir, INFINITY, &hit))
+    if (is_black(lobe_sample(&from.brdf.lobes[k], from.n, from.wo, u, &dir, &pdf)) || dot(dir, from.ng) <= 0 ||
+        !arrive(model, (struct ray){from.origin, dir}, rng, &to, &flux))
         return false;
-    shade_point(model, (struct ray){from.origin, dir}, &hit, &to);
-    if (is_black(to.brdf.kd)) return false;
-    for (int i = 0; i < from.brdf.lobe_count; i++)
-        density += weights[i] / sum * lobe_pdf(&from.brdf.lobes[i], from.n, from.wo, dir);
     /* The reflectance is that which a ray from the diffuse surface would find: it may depend on the viewer. */
     shade_point(model, (struct ray){to.origin, scale(dir, -1)}, &c->hit, &seen);
-    rgb f = {0};
-    for (int i = 0; i < seen.brdf.lobe_count; i++)
-        f = add(f, lobe_eval(&seen.brdf.lobes[i], seen.n, dir, c->wi));
-    *photon = (struct photon){to.p, to.n, scale(mul(f, c->flux), share * dot(dir, seen.n) / density)};
-    return !is_black(photon->flux);
+    float density = reflected_pdf(&from, weights, sum, dir);
+    *photon = (struct photon){
+        to.p, to.n, scale(mul(reflected(&seen, c->wi), flux), maxf(dot(dir, seen.n), 0) / density)};
+    return !is_black(photon->flux) && !(is_black(to.brdf.kd) && is_black(to.brdf.kt));
 }
 
 static uint32_t bucket_of(const struct caustics *caustics, int x, int y, int z)
@@ -252,15 +283,15 @@ struct estimate {
     int count[HALVES];
 };
 
-static void add_bucket(const struct caustics *caustics, uint32_t bucket, const struct point *point,
+static void add_bucket(const struct caustics *caustics, uint32_t bucket, float3 p, float3 n,
                        struct estimate *estimate)
 {
     float reach2 = sqr(caustics->reach);
     for (uint32_t i = caustics->buckets[bucket]; i < caustics->buckets[bucket + 1]; i++) {
         const struct photon *photon = &caustics->photons[i];
-        float3 d = sub(photon->p, point->p);
+        float3 d = sub(photon->p, p);
         float d2 = dot(d, d);
-        if (d2 >= reach2 || dot(photon->n, point->n) < NORMAL_COSINE) continue;
+        if (d2 >= reach2 || dot(photon->n, n) < NORMAL_COSINE) continue;
         for (int k = 0; k < HALVES && d2 * (float)(1 << 2 * k) < reach2; k++) {
             estimate->flux[k] = add(estimate->flux[k], photon->flux);
             estimate->count[k]++;
@@ -269,15 +300,15 @@ static void add_bucket(const struct caustics *caustics, uint32_t bucket, const s
 }
 
 /* The share of a disc about the point that is surface, seen from above its middle. */
-static float coverage(const struct model *model, const struct point *point, float radius, struct rng *rng)
+static float coverage(const struct model *model, float3 p, struct side side, float radius, struct rng *rng)
 {
-    struct frame frame = frame_about(point->ng);
+    struct frame frame = frame_about(side.ng);
     float turn = rng_float(rng), u = rng_float(rng);
-    float3 above = mad(point->origin, point->ng, .25f * radius);
+    float3 above = mad(side.origin, side.ng, .25f * radius);
     int found = 0;
     for (int i = 0; i < COVER; i++) {
         float r = radius * sqrtf(((float)i + u) / COVER), phi = 2 * PI * (turn + .618034f * (float)i);
-        float3 to = sub(mad(mad(point->p, frame.t, r * cosf(phi)), frame.b, r * sinf(phi)), above);
+        float3 to = sub(mad(mad(p, frame.t, r * cosf(phi)), frame.b, r * sinf(phi)), above);
         float distance = length(to);
         struct hit hit;
         if (trace_closest(model->trace, above, scale(to, 1 / distance), 1.5f * distance, &hit))
@@ -286,28 +317,28 @@ static float coverage(const struct model *model, const struct point *point, floa
     return maxf((float)found, 1) / COVER;
 }
 
-rgb caustics_irradiance(const struct model *model, const struct caustics *caustics, const struct point *point,
+rgb caustics_irradiance(const struct model *model, const struct caustics *caustics, float3 p, struct side side,
                         struct rng *rng)
 {
     struct estimate estimate = {0};
     uint32_t seen[8];
     int seen_count = 0, low[3], k = 0;
     if (!caustics->count) return (rgb){0};
-    low[0] = cell_of(caustics, point->p.x - caustics->reach);
-    low[1] = cell_of(caustics, point->p.y - caustics->reach);
-    low[2] = cell_of(caustics, point->p.z - caustics->reach);
+    low[0] = cell_of(caustics, p.x - caustics->reach);
+    low[1] = cell_of(caustics, p.y - caustics->reach);
+    low[2] = cell_of(caustics, p.z - caustics->reach);
     for (int i = 0; i < 8; i++) {
         uint32_t bucket = bucket_of(caustics, low[0] + (i & 1), low[1] + (i >> 1 & 1), low[2] + (i >> 2));
         bool again = false;
         for (int j = 0; j < seen_count; j++) again |= seen[j] == bucket;
         if (again) continue;
         seen[seen_count++] = bucket;
-        add_bucket(caustics, bucket, point, &estimate);
+        add_bucket(caustics, bucket, p, side.n, &estimate);
     }
     while (k + 1 < HALVES && estimate.count[k + 1] >= ENOUGH) k++;
     if (!estimate.count[k]) return (rgb){0};
     float radius = caustics->reach / (float)(1 << k);
-    return scale(estimate.flux[k], 1 / (PI * sqr(radius) * coverage(model, point, radius, rng)));
+    return scale(estimate.flux[k], 1 / (PI * sqr(radius) * coverage(model, p, side, radius, rng)));
 }
 
 size_t caustics_bytes(const struct caustics *caustics)

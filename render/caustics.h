@@ -5,7 +5,7 @@
  * noise of a record's irradiance where lamps are small (Cornell box: nine tenths of the variance for a quarter of the
  * bounced light). Photons find it from the other side: points on glossy surfaces, chosen by the light that a lamp sample
  * brings them, send it on along a direction drawn by their lobes (Jensen, "Global Illumination using Photon Maps",
- * 1996). Irradiance is a density estimate, which blurs by some pixels.
+ * 1996). Irradiance is a density estimate, which blurs by some pixels. Light that a surface refracts is left to rays.
  */
 #ifndef RENDER_CAUSTICS_H
 #define RENDER_CAUSTICS_H
@@ -14,7 +14,7 @@
 #include "render/shade.h"
 
 struct photon {
-    float3 p, n; /* where it came down: m, world; the surface's normal on its side */
+    float3 p, n; /* where it came down: m, world; the shading normal on its side */
     rgb flux;    /* W */
 };
 
@@ -30,9 +30,9 @@ struct caustics {
 bool caustics_build(const struct model *model, uint64_t seed, struct caustics *caustics);
 void caustics_free(struct caustics *caustics);
 
-/* Irradiance at a point by this light, W/m2; a few rays find how much surface there is about it, so that edges aren't
- * darker. Any thread may call. */
-rgb caustics_irradiance(const struct model *model, const struct caustics *caustics, const struct point *point,
+/* Irradiance at p, on a side of its surface, by this light, W/m2; a few rays find how much surface there is about it, so
+ * that edges aren't darker. Any thread may call. */
+rgb caustics_irradiance(const struct model *model, const struct caustics *caustics, float3 p, struct side side,
                         struct rng *rng);
 
 size_t caustics_bytes(const struct caustics *caustics);

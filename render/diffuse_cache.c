@@ -138,8 +138,8 @@ static void gather_row(const struct model *model, const struct diffuse_cache *ca
         for (uint32_t k = first; k < row->terms.count; k++)
             row->terms.terms[k].coefficient = scale(row->terms.terms[k].coefficient, weight);
     }
-    struct point point = {.p = place->p, .origin = place->origin, .n = place->n, .ng = place->ng};
-    row->constant = add(row->constant, caustics_irradiance(model, &cache->caustics, &point, &rng));
+    struct side above = {place->origin, place->n, place->ng};
+    row->constant = add(row->constant, caustics_irradiance(model, &cache->caustics, place->p, above, &rng));
 }
 
 /* e = constant + terms e, by Jacobi's iteration: each step is one more bounce. */

@@ -21,7 +21,7 @@ struct gathered {
     float mirrored_distance; /* to the hit and on to what it mirrors */
     float3 normal;           /* geometric, at the hit, on the ray's side */
     rgb surface, mirrored;   /* W/m2/sr */
-    rgb caustic;             /* part of mirrored: what lamps sent to the hit. Photons hold it for diffuse receivers */
+    rgb caustic; /* part of mirrored: lamps' light that the hit reflects. Photons hold it for diffuse receivers */
 };
 
 /* All of it that a diffuse surface receives by the ray: not what photons bring it, where there are any. */
