@@ -24,7 +24,7 @@ F82_COSINE = 1 / 7
 
 def closures(inputs, ref):
     node = ref.node
-    if PHONG_INPUTS <= {socket.name for socket in node.inputs}:
+    if is_phong(node):
         return [(phong(inputs, ref), None)]
     if node.bl_idname in NO_SURFACE:
         inputs.note(f"{node.bl_label} is no surface: left out", nodes.name(ref))
@@ -34,6 +34,10 @@ def closures(inputs, ref):
     if node.bl_idname == "ShaderNodeBsdfDiffuse":
         return diffuse(inputs, ref)
     return [(KNOWN.get(node.bl_idname, nearest)(inputs, ref), None)]
+
+
+def is_phong(node):
+    return PHONG_INPUTS <= {socket.name for socket in node.inputs}
 
 
 def phong(inputs, ref):

@@ -232,7 +232,7 @@ def test_missing_image_is_magenta(broken, shine, export, tmp_path):
     loaded.reload()
     paint(shine, loaded)
     exported = export()
-    assert exported.material("Shine")["closures"][0]["colour"] == [1, 0, 1]
+    assert exported.closure("Shine")["colour"] == [1, 0, 1]
     note, = exported.notes("missing")
     assert note["material"] == "Shine" and not exported["images"]
 
@@ -319,6 +319,6 @@ def test_roughness_texture_and_grey_of_a_colour(scene, export):
     link(checker.outputs["Color"], shader.inputs["Roughness"])
     link(shader.outputs["BSDF"])
     exported = export()
-    texture = exported["textures"][exported.material("Floor")["closures"][0]["roughness"]["texture"]]
+    texture = exported["textures"][exported.closure("Floor")["roughness"]["texture"]]
     # Blender takes the luminance of a colour, the format the mean of the channels.
     assert texture["colour2"] == pytest.approx([0.2126] * 3) and texture["colour1"] == pytest.approx([0.2] * 3)
