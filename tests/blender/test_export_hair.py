@@ -83,7 +83,7 @@ def new_particles(glowing, **settings):
 
 
 def test_particle_hair(glowing, export, cycles, scene):
-    new_particles(glowing, count=1)
+    new_particles(glowing, count=1, use_close_tip=False)
     exported = export()
     placed, = exported["objects"]
     assert placed["name"] == "Fur" and exported["materials"][placed["materials"][0]]["name"] == "Glow"
