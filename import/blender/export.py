@@ -14,6 +14,11 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
+import guard  # noqa: E402
+
+if __name__ == "__main__":
+    guard.enter("export.py")
+
 import bpy  # noqa: E402
 
 import camera  # noqa: E402
