@@ -15,7 +15,7 @@ import numpy as np
 
 import bundled  # noqa: F401  OpenImageIO
 import OpenImageIO
-from openfile import FileError, open_file
+from openfile import FileError, leave, open_file
 
 
 class ViewError(Exception):
@@ -75,4 +75,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    leave(main())
