@@ -38,7 +38,7 @@ class Studio:
         self.scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         self.scene.render.engine = "CYCLES"
         self.scene.cycles.samples, self.scene.cycles.use_adaptive_sampling = SAMPLES, False
-        self.scene.cycles.use_denoising = False
+        self.scene.cycles.use_denoising, self.scene.cycles.max_bounces = False, 0
         self.blank = bpy.data.materials.new("burnish bake")
 
     def __enter__(self):
