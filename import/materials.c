@@ -151,7 +151,7 @@ static void read_closure(struct json_node *at, const struct scene *scene, struct
         closure->ior = read_scalar(at, "ior", 0.1, HUGE_VAL, scene);
         closure->distribution = json_get_word(at, "distribution", of_refraction) ? CLOSURE_BECKMANN : CLOSURE_GGX;
         break;
-    case CLOSURE_DIFFUSE:
+    case CLOSURE_DIFFUSE: read_optional(at, "roughness", 0, 1, scene, &closure->roughness); break;
     case CLOSURE_SHEEN:
     case CLOSURE_TRANSLUCENT:
     case CLOSURE_TRANSPARENT: break;

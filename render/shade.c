@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/shade.h"
 
+#include "render/bumps.h"
+#include "render/surface.h"
 #include "render/transform.h"
+
+/* Heights are compared over so many pixels: the Bump node's filter width. */
+#define BUMP_STEP .1f
 
 /* A normal whose mirror direction of wo stands at least this far above ng's horizon (or nearly as far as wo itself).
  * With n at angle a from ng in the plane of both, and wo at angle b there with length w, the mirror direction has the
@@ -16,64 +21,40 @@ static float3 pull_normal(float3 n, float3 ng, float3 wo)
     return normalize(mad(scale(ng, cosf(a)), side, sinf(a)));
 }
 
-static rgb colour_at(const struct textures *textures, const struct scene_colour *colour, float2 uv)
-{
-    return colour->texture == SCENE_NONE ? vec_from(colour->value) : texture_lookup(textures, colour->texture, uv);
-}
-
-static float scalar_at(const struct textures *textures, const struct scene_scalar *scalar, float2 uv)
-{
-    if (scalar->texture == SCENE_NONE) return scalar->value;
-    rgb c = texture_lookup(textures, scalar->texture, uv);
-    return (c.x + c.y + c.z) / 3;
-}
-
-/* Adds what one closure reflects. */
-static void add_closure(const struct textures *textures, const struct scene_closure *closure, float2 uv,
-                        struct point *point)
-{
-    rgb colour = colour_at(textures, &closure->colour, uv), weight = colour_at(textures, &closure->weight, uv);
-    struct brdf *sum = &point->brdf, part = {0};
-    if (closure->type == CLOSURE_DIFFUSE) {
-        part.kd = colour;
-    } else if (closure->type == CLOSURE_PHONG) {
-        part = brdf_phong(colour, colour_at(textures, &closure->ks, uv),
-                          maxf(scalar_at(textures, &closure->exponent, uv), 0));
-    } else if (closure->type == CLOSURE_PRINCIPLED) {
-        struct principled principled = {.base_colour = colour,
-                                        .specular_tint = colour_at(textures, &closure->specular_tint, uv),
-                                        .metallic = scalar_at(textures, &closure->metallic, uv),
-                                        .roughness = scalar_at(textures, &closure->roughness, uv),
-                                        .ior = scalar_at(textures, &closure->ior, uv),
-                                        .specular_level = scalar_at(textures, &closure->specular_level, uv)};
-        part = brdf_principled(&principled, dot(point->n, point->wo));
-    }
-    sum->kd = add(sum->kd, mul(part.kd, weight));
-    for (int i = 0; i < part.lobe_count && sum->lobe_count < 2; i++) {
-        part.lobes[i].weight = mul(part.lobes[i].weight, weight);
-        sum->lobes[sum->lobe_count++] = part.lobes[i];
-    }
-}
-
-static void shade_material(const struct model *model, const struct scene_material *material, float2 uv,
-                           struct point *point)
-{
-    const struct textures *textures = &model->textures;
-    if (point->front ? material->emission_front : material->emission_back)
-        point->emission = vec_from(material->emission.value);
-    bool glossy = false;
-    for (int i = 0; i < material->closure_count; i++)
-        glossy = glossy || material->closures[i].type != CLOSURE_DIFFUSE;
-    if (glossy) point->n = pull_normal(point->n, point->ng, point->wo);
-    for (int i = 0; i < material->closure_count; i++)
-        if (point->front ? material->closures[i].front : material->closures[i].back)
-            add_closure(textures, &material->closures[i], uv, point);
-}
-
 static inline float3 interpolate(const float *a, const float *b, const float *c, float u, float v)
 {
     float w = 1 - u - v;
     return vec3(w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1], w * a[2] + u * b[2] + v * c[2]);
+}
+
+/* What of a material goes by uv: its texture place, and where asked for, tangents. */
+static void shade_material(const struct model *model, const struct scene_material *material,
+                           const float *const corners[static 3], const float2 uvs[static 3], const struct hit *hit,
+                           struct point *point)
+{
+    float w = 1 - hit->u - hit->v;
+    struct texture_place place = {.uv = {w * uvs[0].x + hit->u * uvs[1].x + hit->v * uvs[2].x,
+                                         w * uvs[0].y + hit->u * uvs[1].y + hit->v * uvs[2].y},
+                                  .cosine = fabsf(dot(point->n, point->wo)),
+                                  .front = point->front};
+    struct uv_axes axes = {0};
+    if (material->normal.type != NORMAL_OF_MESH || surface_has_tangent(material)) {
+        const struct trace_object *object = &model->objects[hit->object];
+        float3 world[3];
+        for (int i = 0; i < 3; i++) {
+            world[i] = vec_from(corners[i]);
+            if (object->instanced) world[i] = transform_point(object->transform, world[i]);
+        }
+        axes = uv_axes(world, uvs);
+    }
+    const struct textures *textures = &model->textures;
+    point->emission = surface_emission(textures, material, &place);
+    if (material->normal.type != NORMAL_OF_MESH) {
+        float step = BUMP_STEP * camera_pixel_width(&model->scene->camera, point->p);
+        point->n = bumps_normal(textures, &material->normal, &place, &axes, point->n, step);
+    }
+    if (surface_is_glossy(material)) point->n = pull_normal(point->n, point->ng, point->wo);
+    point->brdf = surface_brdf(textures, material, &place, point->n, point->wo, axes.du);
 }
 
 void shade_point(const struct model *model, struct ray ray, const struct hit *hit, struct point *point)
@@ -108,14 +89,10 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
         point->brdf = (struct brdf){.kd = {0.8f, 0.8f, 0.8f}};
         return;
     }
-    float2 uv = {0, 0};
-    if (t->uvs) {
-        const float *a = t->uvs + 2 * (size_t)index[0], *b = t->uvs + 2 * (size_t)index[1];
-        const float *c = t->uvs + 2 * (size_t)index[2];
-        float w = 1 - hit->u - hit->v;
-        uv = (float2){w * a[0] + hit->u * b[0] + hit->v * c[0], w * a[1] + hit->u * b[1] + hit->v * c[1]};
-    }
-    shade_material(model, &model->scene->materials[point->material], uv, point);
+    float2 uvs[3] = {0};
+    for (int i = 0; i < 3 && t->uvs; i++)
+        uvs[i] = (float2){t->uvs[2 * (size_t)index[i]], t->uvs[2 * (size_t)index[i] + 1]};
+    shade_material(model, &model->scene->materials[point->material], corners, uvs, hit, point);
 }
 
 float shade_curvature(const struct model *model, const struct point *point, float *steepest)
