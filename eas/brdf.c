@@ -122,6 +122,15 @@ bool brdf_transmits(const struct brdf *brdf)
     return false;
 }
 
+bool brdf_spreads(const struct brdf *brdf)
+{
+    const float clear = 1e-3f; /* alpha */
+    if (!is_black(brdf->kt)) return true;
+    for (int i = 0; i < brdf->lobe_count; i++)
+        if (lobe_transmits(&brdf->lobes[i]) && brdf->lobes[i].alpha_x > clear) return true;
+    return false;
+}
+
 void brdf_add(struct brdf *sum, const struct brdf *part, rgb weight)
 {
     sum->kd = add(sum->kd, mul(part->kd, weight));

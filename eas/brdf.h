@@ -112,6 +112,10 @@ static inline bool lobe_transmits(const struct lobe *lobe)
 /* Whether light may come from the other side but straight through. */
 bool brdf_transmits(const struct brdf *brdf);
 
+/* The same, spread so widely that lamps there are worth a shadow ray: what clear glass lets pass is found by following
+ * it, and no more than 1e-4 of it otherwise. */
+bool brdf_spreads(const struct brdf *brdf);
+
 /* How often a path should go straight on: the share of `through` in all that the surface sends on. 0: it is opaque. */
 float brdf_pass_chance(const struct brdf *brdf, float cos_o);
 

@@ -69,8 +69,8 @@ static void look(const struct model *model, const struct fill *fill, const struc
     } else if (!surfaces_point(&places->surfaces, place, &draft->point)) {
         return;
     }
-    draft->glossy =
-        fill->options.kind != FILL_DIFFUSE && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
+    draft->point.brdf.lobe_count = direct_sort(&draft->point.brdf); /* the others are traced */
+    draft->glossy = fill->options.kind != FILL_DIFFUSE && draft->point.brdf.lobe_count > 0;
     if (!draft->glossy && is_black(draft->point.brdf.kd)) return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;
     draft->wanted = !cache_covers(&cache->zones, draft->point.p, draft->point.n) &&
@@ -199,7 +199,7 @@ static struct hsh *build_hsh(const struct scene *scene)
             for (int k = 0; k < (width->texture == SCENE_NONE ? 1 : RUNGS); k++) {
                 float rung = powf(phong ? 300 : .2f, (float)k / (RUNGS - 1));
                 struct lobe lobe = lobe_of(closure->type, width->texture == SCENE_NONE ? width->value : rung);
-                if (direct_resolves(&(struct brdf){.lobe_count = 1, .lobes = {lobe}})) lobes[count++] = lobe;
+                if (direct_resolves(&lobe)) lobes[count++] = lobe;
             }
         }
     struct hsh *hsh = lobes ? hsh_build(lobes, count, HSH_LOSS, HSH_ORDER) : NULL;

@@ -2,6 +2,7 @@
 #include "render/shade.h"
 
 #include "render/bumps.h"
+#include "render/pane.h"
 #include "render/surface.h"
 #include "render/transform.h"
 
@@ -120,15 +121,24 @@ float shade_curvature(const struct model *model, const struct point *point, floa
     return (point->front ? sum : -sum) / along;
 }
 
-rgb shade_direct(const struct model *model, const struct point *point, const float u[static 3], bool mis)
+static rgb direct_from(const struct model *model, const struct point *point, bool beyond, const float u[static 3],
+                       bool mis)
 {
     const rgb black = {0};
+    struct side side = shade_side(point, beyond);
     struct light_sample sample;
-    if (!lights_sample(model->lights, point->origin, point->n, u, &sample)) return black;
-    float cos_i = dot(point->n, sample.wi), pdf;
-    if (cos_i <= 0 || dot(point->ng, sample.wi) <= 0) return black;
+    if (!lights_sample(model->lights, side.origin, side.n, u, &sample)) return black;
+    float cos_i = dot(side.n, sample.wi), pdf;
+    if (cos_i <= 0 || dot(side.ng, sample.wi) <= 0) return black;
     rgb f = brdf_eval_pdf(&point->brdf, point->n, point->wo, sample.wi, &pdf);
-    if (is_black(f) || trace_occluded(model->trace, point->origin, sample.wi, sample.distance)) return black;
+    if (is_black(f)) return black;
+    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.distance);
     float weight = mis && sample.pdf > 0 ? mis_weight(sample.pdf, pdf) : 1;
-    return mul(f, scale(sample.weight, cos_i * weight));
+    return mul(mul(f, lit), scale(sample.weight, cos_i * weight));
+}
+
+rgb shade_direct(const struct model *model, const struct point *point, const float u[static 3], bool mis)
+{
+    rgb light = direct_from(model, point, false, u, mis);
+    return brdf_spreads(&point->brdf) ? add(light, direct_from(model, point, true, u, mis)) : light;
 }

@@ -47,11 +47,12 @@ def _set(assignments):
     return [word for assignment in assignments for word in ("--set", assignment)]
 
 
-def burnish(scene, out, method, samples, threads, seed=0, assignments=(), more=()):
-    """Renders and returns the numbers of --stats; assignments: what --set takes; more: other options."""
+def burnish(scene, out, method, samples, threads, seed=0, assignments=(), more=(), quiet=False):
+    """Renders and returns the numbers of --stats; assignments: what --set takes; more: other options; quiet: what it
+    says is shown only where it fails."""
     stats = out.replace(".exr", ".json")
     _call([PROGRAM, "render", scene, "-o", out, "--method", method, "--spp", str(samples), "--threads", str(threads),
-           "--seed", str(seed), "--stats", stats, *_set(assignments), *more])
+           "--seed", str(seed), "--stats", stats, *_set(assignments), *more], quiet)
     with open(stats, encoding="utf-8") as file:
         return json.load(file)
 
@@ -61,11 +62,11 @@ def experiment(*arguments):
     return _call([os.path.join(os.path.dirname(PROGRAM), "paper_experiments"), *map(str, arguments)])
 
 
-def cycles(name, out, samples, threads, seed=0, denoise=False, assignments=()):
+def cycles(name, out, samples, threads, seed=0, denoise=False, assignments=(), more=()):
     """Renders the .blend with Cycles and returns the numbers of its --stats."""
     stats = out.replace(".exr", ".json")
     _python("cycles.py", blend(name), "-o", out, "--spp", samples, "--threads", threads, "--seed", seed,
-            "--stats", stats, *_set(assignments), *["--denoise"] * denoise)
+            "--stats", stats, *_set(assignments), *["--denoise"] * denoise, *more)
     with open(stats, encoding="utf-8") as file:
         return json.load(file)
 

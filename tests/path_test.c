@@ -25,7 +25,7 @@ static float look(const struct model *model, float3 origin, float3 dir, int coun
         struct rng rng = rng_seed(1, (uint64_t)i, 0);
         struct point point;
         shade_point(model, ray, &hit, &point);
-        struct radiance r = path_radiance(model, &point, &rng);
+        struct radiance r = path_radiance(model, &point, NULL, &rng);
         sum += total(r);
         sum_direct += r.direct.x;
     }
@@ -151,7 +151,7 @@ static void two_strategies(void **state)
             struct rng rng = rng_seed(7, (uint64_t)i, 0);
             float u[3] = {rng_float(&rng), rng_float(&rng), rng_float(&rng)};
             one += shade_direct(&model, &point, u, false).x;
-            direct += path_radiance(&model, &point, &rng).direct.x;
+            direct += path_radiance(&model, &point, NULL, &rng).direct.x;
         }
         assert_true(direct > 0);
         assert_float_equal(one / direct, 1, kind == 4 ? 0.025f : 0.01f); /* a texel of sun is noisier */

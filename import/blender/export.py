@@ -21,9 +21,11 @@ from mathutils import Matrix  # noqa: E402
 import camera  # noqa: E402
 import geometry  # noqa: E402
 import lights  # noqa: E402
+import placement  # noqa: E402
 import world  # noqa: E402
 from bakery import Bakery  # noqa: E402
 from materials import Materials  # noqa: E402
+from openfile import FileError, open_file  # noqa: E402
 from scenefile import SceneFile, SceneFileError, transform  # noqa: E402
 
 ENGINE = "BURNISH_EXPORT"
@@ -31,6 +33,7 @@ LEFT_OUT = {"VOLUME": "volume", "CURVES": "hair curves", "POINTCLOUD": "point cl
             "GPENCIL": "grease pencil"}
 SILENT = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
 WITH_SURFACE = {"CURVE", "SURFACE", "FONT", "META"}
+RAYS = ("camera", "shadow", "diffuse", "glossy", "transmission")
 PROGRESS_SECONDS = 2
 
 
@@ -66,16 +69,6 @@ def parse_arguments():
     parser.add_argument("-o", "--output", metavar="SCENE_DIR", required=True,
                         help="folder to write; an older scene is replaced")
     return parser.parse_args(arguments)
-
-
-def open_file(path):
-    if not os.path.isfile(path):
-        raise ExportError(f"{path}: no such file")
-    try:
-        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
-    except RuntimeError as error:
-        reason = str(error).strip().splitlines()[-1].removeprefix("Error: ")
-        raise ExportError(f"{path}: cannot be read as a Blender file: {reason}") from error
 
 
 def export_scene(scene, folder, check=lambda: None):
@@ -136,28 +129,47 @@ def walk(scene_file, scene, depsgraph, cages, materials, bakery):
     bakery.depsgraph = depsgraph
     if len([layer for layer in scene.view_layers if layer.use]) > 1:
         scene_file.note(f"only the view layer {depsgraph.view_layer.name} is exported")
-    if not camera.export(scene_file, scene, depsgraph):
-        raise ExportError(f"{scene.camera.name}: is no camera, but the scene's camera")
+    note_missing_libraries(scene_file)
+    wrong = camera.export(scene_file, scene, depsgraph)
+    if wrong:
+        raise ExportError(f"{bpy.data.filepath}: {scene.camera.name}: {wrong}")
     meshes = {}
     started = shown = time.monotonic()
     for count, instance in enumerate(depsgraph.object_instances):
         if time.monotonic() - shown > PROGRESS_SECONDS:
             shown = time.monotonic()
             progress(f"{count} objects in {shown - started:.0f} s")
-        export_instance(scene_file, instance, cages, materials, bakery, meshes)
+        export_instance(scene_file, instance, depsgraph.view_layer, cages, materials, bakery, meshes)
+    if not scene_file.lists["objects"]:
+        scene_file.note("the scene has no surface that is rendered")
+    if not (scene_file.lists["lights"] or "world" in scene_file.top
+            or any("emission" in material for material in scene_file.lists["materials"])):
+        scene_file.note("nothing gives light: the picture is black")
 
 
-def export_instance(scene_file, instance, cages, materials, bakery, meshes):
+def note_missing_libraries(scene_file):
+    for library in bpy.data.libraries:
+        path = bpy.path.abspath(library.filepath)
+        if not os.path.isfile(path):
+            scene_file.note(f"the library {library.filepath} is missing: what it held is left out")
+
+
+def export_instance(scene_file, instance, view_layer, cages, materials, bakery, meshes):
     obj = instance.object
     if not instance.show_self:
         return
+    if not placement.is_finite(instance.matrix_world):
+        scene_file.note("its place holds numbers that are not finite: left out", object=obj.name)
+        return
+    if obj.light_linking.receiver_collection or obj.light_linking.blocker_collection:
+        scene_file.note("light linking is left out: lights all objects", object=obj.name)
     for system in obj.particle_systems if instance.show_particles else ():
         if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
             scene_file.note(f"hair of the particle system {system.name} is left out", object=obj.name)
     if obj.type == "LIGHT":
         lights.export_light(scene_file, instance)
     elif obj.type == "MESH" or obj.type in WITH_SURFACE:
-        export_object(scene_file, instance, cages, materials, bakery, meshes)
+        export_object(scene_file, instance, view_layer, cages, materials, bakery, meshes)
     elif obj.type not in SILENT:
         scene_file.note(f"{LEFT_OUT.get(obj.type, obj.type.lower())} is left out", object=obj.name)
 
@@ -167,14 +179,25 @@ def slots_of(obj, mesh):
     return [slot.material for slot in obj.material_slots] + list(mesh.materials)[len(obj.material_slots):]
 
 
-def export_object(scene_file, instance, cages, materials, bakery, meshes):
+def hidden_from(instance, view_layer):
+    """The kinds of rays that do not see an object, nor its instancer or collection (cycles/blender/object.cpp)."""
+    obj, placed_by = instance.object, instance.parent if instance.is_instance else instance.object
+    hidden = {ray for ray in RAYS for thing in (obj, placed_by) if not getattr(thing, "visible_" + ray)}
+    if placed_by.original.indirect_only_get(view_layer=view_layer):
+        hidden.add("camera")
+    return hidden
+
+
+def export_object(scene_file, instance, view_layer, cages, materials, bakery, meshes):
     obj = instance.object
-    visible = [getattr(obj, "visible_" + ray) for ray in ("camera", "diffuse", "glossy", "shadow")]
-    if not any(visible):
+    hidden = hidden_from(instance, view_layer)
+    if len(hidden) == len(RAYS):
         scene_file.note("hidden from all rays: left out", object=obj.name)
         return
-    for found, text in ((not all(visible), "hidden from some kinds of rays: seen by all here"),
-                        (obj.is_holdout, "a holdout: an ordinary object here"),
+    others = [ray for ray in RAYS if ray in hidden and ray not in ("camera", "shadow")]
+    for found, text in ((others, "hidden from {} rays: seen by them here".format(", ".join(others))),
+                        (obj.is_holdout or obj.original.holdout_get(view_layer=view_layer),
+                         "a holdout: an ordinary object here"),
                         (obj.is_shadow_catcher, "a shadow catcher: an ordinary object here")):
         if found:
             scene_file.note(text, object=obj.name)
@@ -188,8 +211,9 @@ def export_object(scene_file, instance, cages, materials, bakery, meshes):
     own = instance.is_instance and instance.parent.original == obj.original
     cage = None if own else cages.get(obj.original.name_full)
     matrix = instance.matrix_world.copy()
-    flattened = matrix if geometry.is_singular(matrix) else None
+    flattened = matrix if placement.is_singular(matrix) else None
     entry = {"name": obj.name, "transform": transform(Matrix.Identity(4) if flattened else matrix)}
+    entry |= {ray: False for ray in ("camera", "shadow") if ray in hidden}
     if flattened or not bakery.take(obj, mesh, cage, slots, matrix, entry):
         exported = [materials.export(material, obj.name) for material in slots]
         uv_layers = tuple(material.uv_layer for material in exported)
@@ -219,7 +243,7 @@ def main():
             open_file(arguments.file)
         interruption.check()
         counts = export_scene(bpy.context.scene, arguments.output, interruption.check)
-    except (ExportError, SceneFileError) as error:
+    except (FileError, ExportError, SceneFileError) as error:
         print(f"export.py: {error}", file=sys.stderr)
         return 3
     except KeyboardInterrupt:

@@ -63,13 +63,6 @@ def attribute(mesh, name, domain):
     return read(found.data, "value", np.float32)
 
 
-def is_singular(matrix):
-    """True where a transform flattens space, which the format refuses."""
-    linear = matrix.to_3x3()
-    volume = linear.col[0].length * linear.col[1].length * linear.col[2].length
-    return abs(linear.determinant()) <= 2e-6 * volume
-
-
 class Kept:
     """What is left of a mesh without loose vertices and edges, which are no surface.
 
@@ -102,6 +95,9 @@ def export_mesh(scene_file, mesh, name, cage, uv_layers, flattened=None):
     if not np.isfinite(positions).all():
         scene_file.note("vertices that are not finite numbers were put in the origin", object=name)
         positions = np.where(np.isfinite(positions).all(axis=1, keepdims=True), positions, 0)
+    empty = int((read(mesh.polygons, "area", np.float32) == 0).sum())
+    if empty:
+        scene_file.note(f"faces of no area: {empty}, which no ray meets", object=name)
     if flattened is not None:
         matrix = np.array(flattened)
         positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
