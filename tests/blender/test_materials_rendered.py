@@ -279,7 +279,7 @@ def render(scene, names, folder):
     scene.render.resolution_x = scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
     scene.render.engine = "CYCLES"
-    unbiased.settings(scene, False, [])
+    unbiased.settings(scene, None, False, [])
     scene.render.threads_mode, scene.render.threads = "FIXED", len(os.sched_getaffinity(0))
     scene.cycles.samples = SAMPLES
     scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
