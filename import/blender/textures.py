@@ -215,7 +215,7 @@ def save(image, path):
 def save_pixels(data, path):
     """Writes linear rgb or rgba (h, w, 3 or 4), bottom row first, as EXR."""
     height, width = data.shape[:2]
-    image = bpy.data.images.new("burnish", width, height, float_buffer=True, is_data=True)
+    image = bpy.data.images.new("burnish", width, height, alpha=data.shape[2] == 4, float_buffer=True, is_data=True)
     rgba = np.ones((height, width, 4), np.float32)
     rgba[..., :data.shape[2]] = data
     image.pixels.foreach_set(rgba.ravel())
