@@ -24,6 +24,9 @@ struct point {
  */
 void shade_point(const struct model *model, struct ray ray, const struct hit *hit, struct point *point);
 
+/* Whether light may pass straight through the surface that was hit; much cheaper than shade_point. */
+bool shade_may_pass(const struct model *model, const struct hit *hit);
+
 /* Where a ray leaves a point along dir, on either side of the surface. */
 static inline float3 shade_origin(const struct point *point, float3 dir)
 {

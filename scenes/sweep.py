@@ -27,6 +27,7 @@ import run
 RESOLVED = {"exponent": 300, "roughness": .2}
 COLUMNS = ("value", "way", "samples", "cpu_s", "wall_s", "rays", "cv_rmse", "relmse", "flip", "reference_cv", "records",
            "records_loaded")
+REFERENCES = os.path.join(run.ROOT, "build", "references")
 REUSED, FRESH, CYCLES = WAYS = ("one cache", "afresh", "Cycles + OIDN")
 COLOURS = ("#228833", "#4477aa", "#000000")
 
@@ -70,7 +71,7 @@ class Sweep:
         self.property, self.values = options.values
         measured = measure.Measurements(options.out, options.threads, 1)
         self.work, self.folder = measured.work, measured.scene(options.scene)
-        self.references = kept.Kept(os.path.join(run.ROOT, "build", "references"))
+        self.references = kept.Kept(REFERENCES)
         with open(os.path.join(self.folder, "scene.json"), encoding="utf-8") as file:
             width, height = (max(side // options.shrink, 8) for side in json.load(file)["camera"]["resolution"])
         self.size = ["--size", f"{width}x{height}"]
@@ -186,8 +187,8 @@ def write(sweep):
     for column, label in (("cv_rmse", "CV(RMSE)"), ("cpu_s", "CPU s")):
         series = [(way, colour, "o-", values_, of(rows, way, column)) for way, colour in zip(WAYS, COLOURS)]
         plots.curves(os.path.join(out, column + ".svg"), [("", series)], name, label)
-    panels = [([f"{name} {value:g}", f"CPU {row['cpu_s']:.2f} s, CV {row['cv_rmse']:.3f}"],
-               pictures.display(sweep.images[value, REUSED]))
+    panels = [([f"{value:g}", f"{row['cpu_s']:.2f} CPU s", f"CV {row['cv_rmse']:.3f}"],
+               pictures.shrink(pictures.display(sweep.images[value, REUSED]), 3))
               for value, row in zip(values_, [row for row in rows if row["way"] == REUSED])]
     pictures.strip(os.path.join(out, "strip.png"), panels)
     table = [[f"{row['value']:g}", row["way"], row["samples"], f"{row['cpu_s']:.2f}", f"{row['wall_s']:.2f}",

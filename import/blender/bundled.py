@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""On import: the packages that Blender brings with it (oslquery, OpenImageIO), which the bpy wheel keeps off the path."""
+"""Imported, puts Blender's own packages (oslquery, OpenImageIO) on the path, which the bpy wheel does not."""
 import os
 import sys
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's camera and picture size -> the format's camera."""
+from mathutils import Vector
 
 from placement import is_finite, is_mirrored, rigid
 from scenefile import number, numbers, transform
@@ -55,15 +56,28 @@ def export(scene_file, scene, depsgraph):
             note(f"camera type {kind}: replaced by a perspective camera of 90 degrees")
         entry["window"] = window(camera, extent, width, height)
     if camera.dof.use_dof:
-        if panoramic:
-            note("depth of field of a panorama is left out")
-        else:
+        if entry["type"] == "perspective":
             entry["lens"] = lens(camera_object, camera, depsgraph)
+        else:
+            note(f"depth of field is left out: the camera is {entry['type']}")
     entry["resolution"] = [width, height]
     if not entry["window"][0] < entry["window"][1] or not entry["window"][2] < entry["window"][3]:
         return "the camera sees nothing: its picture has no width or height"
     scene_file.top["camera"] = entry
     return None
+
+
+def clipper(scene, depsgraph):
+    """Function that tells whether the camera's clipping, which the format has not, hides some of what is in a box
+    (local corners) placed by a matrix: all of it before the near plane, or any behind the far one."""
+    camera_object = scene.camera.evaluated_get(depsgraph)
+    row = rigid(camera_object.matrix_world).inverted().row[2]
+    near, far = camera_object.data.clip_start, camera_object.data.clip_end
+
+    def clips(corners, matrix):
+        depths = [-(row.xyz.dot(matrix @ Vector(corner)) + row.w) for corner in corners]
+        return max(depths) > far or 0 < max(depths) < near
+    return clips
 
 
 def window(camera, extent, width, height):
@@ -78,19 +92,15 @@ def window(camera, extent, width, height):
 
 def lens(camera_object, camera, depsgraph):
     """The thin lens of a camera with depth of field, as Cycles has it (cycles/blender/camera.cpp)."""
-    focal_length = 1 if camera.type == "ORTHO" else camera.lens * 1e-3  # m
     focus = camera.dof.focus_distance
     if camera.dof.focus_object is not None:
         place = camera_object.matrix_world
         axis = place.col[2].to_3d().normalized()
         focus = abs(axis.dot(place.translation - focused(camera.dof, depsgraph)))
-    result = {"radius": number(focal_length / (2 * max(camera.dof.aperture_fstop, 1e-5))),
-              "focus": number(max(focus, LEAST_FOCUS))}
-    if camera.dof.aperture_blades >= 3:
-        result |= {"blades": camera.dof.aperture_blades, "rotation": number(camera.dof.aperture_rotation)}
-    if camera.dof.aperture_ratio != 1:
-        result["ratio"] = number(camera.dof.aperture_ratio)
-    return result
+    return {"radius": number(camera.lens * 1e-3 / (2 * max(camera.dof.aperture_fstop, 1e-5))),
+            "focus": number(max(focus, LEAST_FOCUS)),
+            "blades": camera.dof.aperture_blades if camera.dof.aperture_blades >= 3 else 0,
+            "rotation": number(camera.dof.aperture_rotation), "ratio": number(camera.dof.aperture_ratio)}
 
 
 def focused(dof, depsgraph):

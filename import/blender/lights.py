@@ -90,6 +90,9 @@ def export_light(scene_file, instance):
             scale = [axis.length for axis in matrix.to_3x3().col]
             if max(scale) - min(scale) > 1e-4 * max(scale):
                 note("a spot's cone stretched by its scale: round here")
+    if not np.isfinite(power).all():
+        note("its strength is no finite number: left out")
+        return
     if max(power) <= 0:
         note("emits nothing: left out")
         return

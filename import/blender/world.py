@@ -82,7 +82,7 @@ def bake(scene_file, world, note):
 
 
 def put(scene_file, entry):
-    if max(entry["radiance"]) > 0:
+    if max(np.nan_to_num(entry["radiance"])) > 0:
         scene_file.top["world"] = entry
 
 

@@ -18,7 +18,7 @@ MOST_VIEW = math.radians(120)
 
 
 def copy(world):
-    """A copy without the volume, which would swallow all that comes from infinity, and where no ray is told from others:
+    """A copy without the volume, which would swallow all that comes from infinity, where no ray is told from others:
     a Light Path node says 0, as where Cycles samples the world's light."""
     world = world.copy()
     for tree in trees(world.node_tree):  # its groups are looked at after the loop has copied them
