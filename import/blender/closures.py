@@ -154,11 +154,20 @@ def optional(inputs, ref, **names):
 
 
 def anisotropy(inputs, ref, amount, rotation):
+    """The format's tangent is that of the UV map, Cycles' is about the object's axis where none is linked."""
     found = optional(inputs, ref, anisotropy=amount)
-    if found:
-        found |= optional(inputs, ref, rotation=rotation)
-        if nodes.source(ref.input("Tangent")).socket.is_output:
-            inputs.note("the linked tangent is replaced by that of the UV map", nodes.name(ref))
+    if not found:
+        return {}
+    found |= optional(inputs, ref, rotation=rotation)
+    tangent = ref.input("Tangent")
+    node = nodes.source(tangent).node
+    if inputs.baker is not None:
+        turn = inputs.baker.turn(tangent)
+        return found | {"rotation": Value(turn.data + found.get("rotation", BLACK).data, turn.placement)}
+    if node.bl_idname == "ShaderNodeTangent" and node.direction_type == "UV_MAP":
+        inputs.uv_map(node.uv_map, ref)
+    else:
+        inputs.simplified("the tangent is replaced by that of the UV map", nodes.name(ref))
     return found
 
 
