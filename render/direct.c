@@ -3,6 +3,8 @@
 
 #include <stdlib.h>
 
+#include "render/pane.h"
+
 /* Runs of cells over the lamps (and their triangles), a square grid of places each. Four neighbouring runs are shifted
  * against each other so that they interleave to a grid twice as fine: midpoints of equal cells, which integrate a
  * smooth lobe far better than scattered points. */
@@ -23,18 +25,32 @@ enum { MOST_RAYS = 128, REFINE = 6 };
 /* Light that is as good as none, W/m2/sr: it has no reciprocal. */
 #define DARK 1e-20f
 
-bool direct_resolves(const struct brdf *brdf)
+bool direct_resolves(const struct lobe *lobe)
 {
-    for (int i = 0; i < brdf->lobe_count; i++)
-        if (lobe_width(&brdf->lobes[i]) < LEAST_WIDTH) return false;
-    return true;
+    bool known = lobe->type <= LOBE_METAL && !lobe->beckmann;
+    return known && lobe_width(lobe) >= LEAST_WIDTH;
+}
+
+int direct_sort(struct brdf *brdf)
+{
+    int count = 0;
+    for (int i = 0; i < brdf->lobe_count; i++) {
+        if (!direct_resolves(&brdf->lobes[i])) continue;
+        if (i > count) {
+            struct lobe lobe = brdf->lobes[count];
+            brdf->lobes[count] = brdf->lobes[i];
+            brdf->lobes[i] = lobe;
+        }
+        count++;
+    }
+    return count;
 }
 
 bool direct_averages(const struct direct *direct, const struct point *point)
 {
     if (point->brdf.lobe_count == 0) return true; /* nothing to average, and no lamp to look at for it */
     if (direct->points_only) return true;
-    return direct_resolves(&point->brdf) && lights_widest(direct->model->lights, point->origin) < MOST_SOLID_ANGLE;
+    return lights_widest(direct->model->lights, point->origin) < MOST_SOLID_ANGLE;
 }
 
 /* Part of the lamps, as a point sees it. */
@@ -101,31 +117,44 @@ static void add_lobes(const struct brdf *brdf, const struct mean_lobe *lobes, co
     }
 }
 
-static void prepare_lobes(const struct direct *direct, const struct point *point, struct mean_lobe lobes[2])
+static void prepare_lobes(const struct direct *direct, const struct point *point, struct mean_lobe lobes[BRDF_LOBES])
 {
     for (int i = 0; i < point->brdf.lobe_count; i++)
         lobes[i] = mean_lobe(direct->tables, &point->brdf.lobes[i], point->n, point->wo);
 }
 
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages)
+/* direct_sample on one side. */
+static rgb sample_side(const struct direct *direct, const struct point *point, bool beyond, const float u[static 3],
+                       int averaged)
 {
     const struct brdf *brdf = &point->brdf;
+    const struct side side = shade_side(point, beyond);
     struct light_sample light;
     rgb sum = {0};
-    if ((direct->sky || is_black(brdf->kd)) && (averages || brdf->lobe_count == 0)) return sum;
-    if (direct->idle || !lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sum;
+    if (!lights_sample(direct->model->lights, side.origin, side.n, u, &light)) return sum;
     if (direct->points_only && light.pdf > 0) return sum;
-    float cosine = dot(light.wi, point->n);
-    if (cosine <= 0 || dot(light.wi, point->ng) <= 0) return sum;
-    if (!direct->sky) sum = scale(mul(light.weight, brdf->kd), cosine / PI);
-    for (int i = 0; !averages && i < brdf->lobe_count; i++) {
+    float cosine = dot(light.wi, side.n);
+    if (cosine <= 0 || dot(light.wi, side.ng) <= 0) return sum;
+    if (beyond || !direct->sky) sum = scale(mul(light.weight, beyond ? brdf->kt : brdf->kd), cosine / PI);
+    for (int i = averaged; i < brdf->lobe_count; i++) {
         const struct lobe *lobe = &brdf->lobes[i];
-        float mis = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
+        float pdf = lobe_pdf(lobe, point->n, point->wo, light.wi);
+        float mis = light.pdf > 0 ? mis_weight(light.pdf, pdf) : 1;
         rgb f = lobe_eval(lobe, point->n, point->wo, light.wi);
         sum = mad(sum, mul(light.weight, f), cosine * mis);
     }
-    bool lit = !is_black(sum) && !trace_occluded(direct->model->trace, point->origin, light.wi, light.distance);
-    return lit ? sum : vec3(0, 0, 0);
+    if (is_black(sum)) return sum;
+    return mul(sum, pane_transmittance(direct->model, side.origin, light.wi, light.distance));
+}
+
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged)
+{
+    const struct brdf *brdf = &point->brdf;
+    rgb sum = {0};
+    if (direct->idle) return sum;
+    if (averaged < brdf->lobe_count || (!direct->sky && !is_black(brdf->kd)))
+        sum = sample_side(direct, point, false, u, averaged);
+    return brdf_spreads(brdf) ? add(sum, sample_side(direct, point, true, u, averaged)) : sum;
 }
 
 static rgb ratio(rgb a, rgb b)
@@ -133,8 +162,8 @@ static rgb ratio(rgb a, rgb b)
     return vec3(b.x > 0 ? a.x / b.x : 0, b.y > 0 ? a.y / b.y : 0, b.z > 0 ? a.z / b.z : 0);
 }
 
-/* Whether light comes through from a random place in cell i. */
-static bool cell_lit(const struct direct *direct, const struct point *point, float3 origin, int i,
+/* The share of light that comes through from a random place in cell i. */
+static rgb cell_lit(const struct direct *direct, const struct point *point, float3 origin, int i,
                      const struct cell *cell, struct rng *rng)
 {
     float3 wi = cell->wi;
@@ -147,13 +176,13 @@ static bool cell_lit(const struct direct *direct, const struct point *point, flo
         struct light_sample light;
         if (!lamp_sample_in(direct->model->lights, point, i, x, y, &light) &&
             !lamp_sample_in(direct->model->lights, point, i, .5f, .5f, &light))
-            return false;
+            return vec3(0, 0, 0);
         /* Sampled from the mean point: the same place from this origin. */
         float3 to = isinf(light.distance) ? light.wi : sub(mad(point->origin, light.wi, light.distance), origin);
         distance = isinf(light.distance) ? INFINITY : length(to);
         wi = normalize(to);
     }
-    return dot(wi, point->ng) > 0 && !trace_occluded(direct->model->trace, origin, wi, distance);
+    return dot(wi, point->ng) > 0 ? pane_transmittance(direct->model, origin, wi, distance) : vec3(0, 0, 0);
 }
 
 /* The light of cells at a point of `origins` by turns, and the shadow rays that find what of it comes through. */
@@ -176,10 +205,10 @@ static bool probe(const struct shadow *s, float at, int from, int origin, float 
     float own = luminance(s->light[from]);
     if (own <= 0) return false; /* rounding: beyond the last */
     rgb share = scale(s->light[from], weight / own);
-    bool through = cell_lit(s->direct, s->point, s->origins[origin % s->origin_count], from, &s->cells[from], s->rng);
+    rgb through = cell_lit(s->direct, s->point, s->origins[origin % s->origin_count], from, &s->cells[from], s->rng);
     *asked = add(*asked, share);
-    if (through) *lit = add(*lit, share);
-    return through;
+    *lit = add(*lit, mul(share, through));
+    return !is_black(through);
 }
 
 /* The share that comes through: a ray for each of `rays` equal strata of the light, whose sum is `sum`; where a
@@ -197,7 +226,7 @@ static rgb lit_share(const struct shadow *s, float sum, int rays)
     }
     for (int i = 0; i < rays; i++) { /* every other stratum first; where those agree the rest would */
         int k = i < half ? 2 * i + 1 : 2 * (i - half);
-        if (i == half && (count == 0 || count == half)) return scale(vec3(1, 1, 1), count ? 1 : 0);
+        if (i == half && !s->direct->model->panes && (count == 0 || count == half)) return scale(vec3(1, 1, 1), count ? 1 : 0);
         through[k] = probe(s, ((float)k + rng_float(s->rng)) * step, from[k], k, 1, &asked[k], &lit[k]);
         count += through[k];
     }
@@ -220,7 +249,7 @@ static rgb lit_share(const struct shadow *s, float sum, int rays)
 rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins,
                  int count, int rays, struct rng *rng)
 {
-    struct mean_lobe lobes[2];
+    struct mean_lobe lobes[BRDF_LOBES];
     struct cell cells[MOST_CELLS];
     rgb f_cos[MOST_CELLS], light[MOST_CELLS], total = {0},
                                               diffuse = direct->sky ? scale(point->brdf.kd, 1 / PI) : vec3(0, 0, 0);

@@ -27,20 +27,24 @@ struct direct {
 bool direct_prepare(const struct model *model, const struct mean_brdf *tables, bool points_only, struct direct *direct);
 void direct_free(struct direct *direct);
 
-/* Whether cells of lamps and gather rays resolve all lobes of a reflectance: none is narrower than that of about n =
- * 300. */
-bool direct_resolves(const struct brdf *brdf);
+/* Whether cells of lamps and gather rays resolve a lobe: it reflects by Phong's or GGX's distribution, whose means over
+ * cones are known, and isn't narrower than about n = 300. */
+bool direct_resolves(const struct lobe *lobe);
 
-/* Whether direct_light averages the lobes at this point over cells of the lamps: they are wide enough, and no lamp so
- * near that a cell of it is wider. If not, direct_sample and a ray by each lobe share the work by MIS. */
+/* Moves the lobes that are resolved to the front. Returns how many they are. */
+int direct_sort(struct brdf *brdf);
+
+/* Whether direct_light averages the resolved lobes at this point over cells of the lamps: no lamp is so near that a cell
+ * of it is wider. If not, direct_sample and a ray by each lobe share the work by MIS, as they do for all other lobes. */
 bool direct_averages(const struct direct *direct, const struct point *point);
 
-/* The light of one lamp sample (u: three numbers in [0, 1)) with its shadow ray, by the parts that direct_light leaves
- * out; `averages`: direct_averages at the point. Lobes have the MIS weight against sampling each. */
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages);
+/* The light of one lamp sample (u: three numbers in [0, 1)) with its shadow ray, and of one beyond the surface where it
+ * transmits, by the parts that direct_light leaves out: `averaged` of the point's lobes, sorted, are its. Lobes have the
+ * MIS weight against sampling each. */
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged);
 
-/* The light of alike points at their mean: under an environment alone the diffuse part, and the lobes where `averages`.
- * `origins`: where the points' rays start, `count` of them; `rays` shadow rays leave them in turn. */
+/* The light of alike points at their mean, whose lobes are all resolved: under an environment alone the diffuse part,
+ * and the lobes where `averages`. `origins`: where the points' rays start, `count` of them; `rays` shadow rays leave them in turn. */
 rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins,
                  int count, int rays, struct rng *rng);
 

@@ -21,7 +21,7 @@ static const struct scene_material *material_of(const struct scene *scene, const
 {
     int index = slot < object->slot_count ? object->materials[slot] : SCENE_NONE;
     const struct scene_material *material = index == SCENE_NONE ? NULL : &scene->materials[index];
-    return material && max3(vec_from(material->emission)) > 0 ? material : NULL;
+    return material && max3(vec_from(material->emission.value)) > 0 ? material : NULL;
 }
 
 static struct emitter_triangle place(const struct trace_object *placed, uint32_t triangle,
@@ -32,8 +32,12 @@ static struct emitter_triangle place(const struct trace_object *placed, uint32_t
     float3 corner[3];
     for (int k = 0; k < 3; k++)
         corner[k] = transform_point(placed->transform, vec_from(t->positions + 3 * (size_t)index[k]));
-    struct emitter_triangle result = {corner[0], sub(corner[1], corner[0]), sub(corner[2], corner[0]),
-                                      vec_from(material->emission), material->emission_front_only};
+    struct emitter_triangle result = {.a = corner[0],
+                                      .ab = sub(corner[1], corner[0]),
+                                      .ac = sub(corner[2], corner[0]),
+                                      .radiance = vec_from(material->emission.value),
+                                      .front = material->emission_front,
+                                      .back = material->emission_back};
     if (transform_determinant(placed->transform) < 0) { /* mirrored: the front stays the same side */
         float3 swap = result.ab;
         result.ab = result.ac;
@@ -115,7 +119,8 @@ static void summarise(struct emitter *e)
             }
         }
         e->flat = e->flat && dot(normalize(cross(t->ab, t->ac)), e->normal) > 0.9999f;
-        e->both_sides = e->both_sides || !t->front_only;
+        e->front = e->front || t->front;
+        e->back = e->back || t->back;
         e->cumulative[i] = sum;
         sum += (double)area(t) * luminance(t->radiance);
     }
@@ -166,7 +171,7 @@ float emitter_irradiance(const struct emitter *emitter, float3 p, float3 n)
     float bound = d > r ? clampf((dot(n, to) + r) / d, 0, 1) : 1;
     if (e->flat) {
         float height = dot(e->normal, p) - e->height;
-        if (height <= 0 && !e->both_sides) return 0;
+        if (height <= 0 && !e->back) return 0;
         own = maxf(fabsf(height), 1e-3f * r) / maxf(fabsf(height), maxf(d - r, 1e-3f * r));
     }
     return e->strength * own * bound / maxf(d * d + r * r, 1e-20f);
@@ -197,7 +202,7 @@ static float weight(const struct emitter *e, const struct emitter_triangle *t, f
 {
     float3 normal = cross(t->ab, t->ac), to = sub(mad(mad(t->a, t->ab, 1 / 3.0f), t->ac, 1 / 3.0f), p);
     float height = -dot(to, normal), twice_area2 = dot(normal, normal);
-    if (height == 0 || (height < 0 && (t->front_only || (e->closed && !inside)))) return 0;
+    if (height > 0 ? !t->front : height == 0 || !t->back || (e->closed && !inside)) return 0;
     float d2 = maxf(dot(to, to), sqrtf(twice_area2));
     return luminance(t->radiance) * fabsf(height) / (d2 * sqrtf(d2));
 }
@@ -283,7 +288,7 @@ bool emitter_sample(const struct emitter *emitter, float3 p, const float u[stati
     float3 q = mad(mad(t->a, t->ab, x), t->ac, y);
     float3 ng = normalize(cross(t->ab, t->ac)), to = sub(q, p);
     float side = dot(to, ng);
-    if (side == 0 || (side > 0 && t->front_only)) return false;
+    if (side < 0 ? !t->front : side == 0 || !t->back) return false;
     /* From outside a closed emitter its nearer fronts hide all its backs: no shadow ray needed to know. */
     if (side > 0 && e->closed && !in_slabs(e, p)) return false;
     to = sub(trace_offset(q, side > 0 ? scale(ng, -1) : ng), p);

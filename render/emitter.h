@@ -9,7 +9,7 @@
 struct emitter_triangle {
     float3 a, ab, ac; /* a corner and two edges, world, m */
     rgb radiance;     /* W/m2/sr */
-    bool front_only;
+    bool front, back; /* the sides that shine */
 };
 
 enum { EMITTER_SLABS = 13 };
@@ -21,7 +21,7 @@ struct emitter {
     float strength;  /* luminance of radiance x area summed, W/sr */
     bool whole;      /* all triangles of the object shine: their indices are the same */
     bool closed;     /* a closed surface, all of which shines */
-    bool both_sides; /* some triangle shines from its back too */
+    bool front, back; /* some triangle shines from that side */
     float3 centre;   /* of a sphere about it */
     float radius;
     float low[EMITTER_SLABS], high[EMITTER_SLABS]; /* its extents along 13 directions (a k-DOP), world */

@@ -46,7 +46,8 @@ static bool build_chances(struct lights *lights, float radius)
         c[i] = (float)sum;
         if (emitter < 0) sum += lamp_power(&lights->lamps[i], radius);
         else if (emitter < lights->emitter_count)
-            sum += PI * lights->emitters[emitter].strength * (lights->emitters[emitter].both_sides ? 2 : 1);
+            sum += PI * lights->emitters[emitter].strength *
+                   (lights->emitters[emitter].front + lights->emitters[emitter].back);
         else sum += lights->environment.strong_flux * PI * radius * radius;
     }
     for (int i = 0; i < lights->count; i++) c[i] /= (float)sum;
@@ -216,7 +217,7 @@ float lights_pdf_hit(const struct lights *lights, float3 p, float3 n, float3 dir
     uint32_t slot = lights->objects[hit->object].triangles->slots[hit->triangle];
     int material = slot < object->slot_count ? object->materials[slot] : SCENE_NONE;
     if (material == SCENE_NONE) return 0;
-    float light = luminance(vec_from(lights->scene->materials[material].emission)), c = fabsf(dot(dir, ng));
+    float light = luminance(vec_from(lights->scene->materials[material].emission.value)), c = fabsf(dot(dir, ng));
     if (light == 0 || c == 0) return 0;
     return chance(lights, lights->lamp_count + emitter, p, n) *
            emitter_pdf_area(&lights->emitters[emitter], p, hit->triangle, light) * hit->t * hit->t / c;

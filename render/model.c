@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/surface.h"
 #include "render/transform.h"
 
 /* Moves a mesh to world space. Where the transform mirrors, triangles are turned round: their front stays the side that
@@ -106,6 +107,8 @@ static bool build(struct model *model, struct demand *demands, char error[static
     model->radius = trace_radius(model->trace);
     model->bvh_s = omp_get_wtime() - start;
     if (!textures_load(scene, &model->textures, error)) return false;
+    for (int i = 0; i < scene->material_count && !model->panes; i++)
+        model->panes = surface_may_pass(&scene->materials[i]);
     model->lights = lights_build(scene, &model->textures, model->objects, model->radius, error);
     return model->lights != NULL;
 }

@@ -1,7 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/shade.h"
 
+#include "render/bumps.h"
+#include "render/pane.h"
+#include "render/surface.h"
 #include "render/transform.h"
+
+/* Heights are compared over so many pixels: the Bump node's filter width. */
+#define BUMP_STEP .1f
 
 /* A normal whose mirror direction of wo stands at least this far above ng's horizon (or nearly as far as wo itself).
  * With n at angle a from ng in the plane of both, and wo at angle b there with length w, the mirror direction has the
@@ -16,47 +22,54 @@ static float3 pull_normal(float3 n, float3 ng, float3 wo)
     return normalize(mad(scale(ng, cosf(a)), side, sinf(a)));
 }
 
-static rgb colour_at(const struct textures *textures, const struct scene_colour *colour, float2 uv)
-{
-    return colour->texture == SCENE_NONE ? vec_from(colour->value) : texture_lookup(textures, colour->texture, uv);
-}
-
-static float scalar_at(const struct textures *textures, const struct scene_scalar *scalar, float2 uv)
-{
-    if (scalar->texture == SCENE_NONE) return scalar->value;
-    rgb c = texture_lookup(textures, scalar->texture, uv);
-    return (c.x + c.y + c.z) / 3;
-}
-
-static void shade_material(const struct model *model, const struct scene_material *material, float2 uv,
-                           struct point *point)
-{
-    const struct textures *textures = &model->textures;
-    if (point->front || !material->emission_front_only) point->emission = vec_from(material->emission);
-    rgb colour = colour_at(textures, &material->colour, uv);
-    if (material->type == MATERIAL_DIFFUSE) {
-        point->brdf = (struct brdf){.kd = colour};
-        return;
-    }
-    point->n = pull_normal(point->n, point->ng, point->wo);
-    if (material->type == MATERIAL_PHONG) {
-        point->brdf = brdf_phong(colour, colour_at(textures, &material->ks, uv),
-                                 maxf(scalar_at(textures, &material->exponent, uv), 0));
-        return;
-    }
-    struct principled principled = {.base_colour = colour,
-                                    .specular_tint = vec_from(material->specular_tint),
-                                    .metallic = scalar_at(textures, &material->metallic, uv),
-                                    .roughness = scalar_at(textures, &material->roughness, uv),
-                                    .ior = material->ior,
-                                    .specular_level = material->specular_level};
-    point->brdf = brdf_principled(&principled, dot(point->n, point->wo));
-}
-
 static inline float3 interpolate(const float *a, const float *b, const float *c, float u, float v)
 {
     float w = 1 - u - v;
     return vec3(w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1], w * a[2] + u * b[2] + v * c[2]);
+}
+
+/* SCENE_NONE: the default one. */
+static int material_at(const struct model *model, const struct hit *hit)
+{
+    const struct scene_object *object = &model->scene->objects[hit->object];
+    uint32_t slot = model->objects[hit->object].triangles->slots[hit->triangle];
+    return slot < object->slot_count ? object->materials[slot] : SCENE_NONE;
+}
+
+bool shade_may_pass(const struct model *model, const struct hit *hit)
+{
+    int material = material_at(model, hit);
+    return material != SCENE_NONE && surface_may_pass(&model->scene->materials[material]);
+}
+
+/* What of a material goes by uv: its texture place, and where asked for, tangents. */
+static void shade_material(const struct model *model, const struct scene_material *material,
+                           const float *const corners[static 3], const float2 uvs[static 3], const struct hit *hit,
+                           struct point *point)
+{
+    float w = 1 - hit->u - hit->v;
+    struct texture_place place = {.uv = {w * uvs[0].x + hit->u * uvs[1].x + hit->v * uvs[2].x,
+                                         w * uvs[0].y + hit->u * uvs[1].y + hit->v * uvs[2].y},
+                                  .cosine = fabsf(dot(point->n, point->wo)),
+                                  .front = point->front};
+    struct uv_axes axes = {0};
+    if (material->normal.type != NORMAL_OF_MESH || surface_has_tangent(material)) {
+        const struct trace_object *object = &model->objects[hit->object];
+        float3 world[3];
+        for (int i = 0; i < 3; i++) {
+            world[i] = vec_from(corners[i]);
+            if (object->instanced) world[i] = transform_point(object->transform, world[i]);
+        }
+        axes = uv_axes(world, uvs);
+    }
+    const struct textures *textures = &model->textures;
+    point->emission = surface_emission(textures, material, &place);
+    if (material->normal.type != NORMAL_OF_MESH) {
+        float step = BUMP_STEP * camera_pixel_width(&model->scene->camera, point->p);
+        point->n = bumps_normal(textures, &material->normal, &place, &axes, point->n, step);
+    }
+    if (surface_is_glossy(material)) point->n = pull_normal(point->n, point->ng, point->wo);
+    point->brdf = surface_brdf(textures, material, &place, point->n, point->wo, axes.du);
 }
 
 void shade_point(const struct model *model, struct ray ray, const struct hit *hit, struct point *point)
@@ -78,27 +91,21 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
     ng = normalize(ng);
     n = dot(n, n) > 0 ? normalize(n) : ng;
     *point = (struct point){
-        .p = p, .wo = scale(ray.dir, -1), .object = hit->object, .triangle = hit->triangle, .material = SCENE_NONE};
+        .p = p, .wo = scale(ray.dir, -1), .object = hit->object, .triangle = hit->triangle};
     point->front = dot(ng, point->wo) >= 0;
     point->ng = point->front ? ng : scale(ng, -1);
     point->n = point->front ? n : scale(n, -1);
     point->origin = trace_offset(p, point->ng);
 
-    const struct scene_object *source = &model->scene->objects[hit->object];
-    uint32_t slot = t->slots[hit->triangle];
-    if (slot < source->slot_count) point->material = source->materials[slot];
+    point->material = material_at(model, hit);
     if (point->material == SCENE_NONE) {
         point->brdf = (struct brdf){.kd = {0.8f, 0.8f, 0.8f}};
         return;
     }
-    float2 uv = {0, 0};
-    if (t->uvs) {
-        const float *a = t->uvs + 2 * (size_t)index[0], *b = t->uvs + 2 * (size_t)index[1];
-        const float *c = t->uvs + 2 * (size_t)index[2];
-        float w = 1 - hit->u - hit->v;
-        uv = (float2){w * a[0] + hit->u * b[0] + hit->v * c[0], w * a[1] + hit->u * b[1] + hit->v * c[1]};
-    }
-    shade_material(model, &model->scene->materials[point->material], uv, point);
+    float2 uvs[3] = {0};
+    for (int i = 0; i < 3 && t->uvs; i++)
+        uvs[i] = (float2){t->uvs[2 * (size_t)index[i]], t->uvs[2 * (size_t)index[i] + 1]};
+    shade_material(model, &model->scene->materials[point->material], corners, uvs, hit, point);
 }
 
 float shade_curvature(const struct model *model, const struct point *point, float *steepest)
@@ -126,15 +133,24 @@ float shade_curvature(const struct model *model, const struct point *point, floa
     return (point->front ? sum : -sum) / along;
 }
 
-rgb shade_direct(const struct model *model, const struct point *point, const float u[static 3], bool mis)
+static rgb direct_from(const struct model *model, const struct point *point, bool beyond, const float u[static 3],
+                       bool mis)
 {
     const rgb black = {0};
+    struct side side = shade_side(point, beyond);
     struct light_sample sample;
-    if (!lights_sample(model->lights, point->origin, point->n, u, &sample)) return black;
-    float cos_i = dot(point->n, sample.wi), pdf;
-    if (cos_i <= 0 || dot(point->ng, sample.wi) <= 0) return black;
+    if (!lights_sample(model->lights, side.origin, side.n, u, &sample)) return black;
+    float cos_i = dot(side.n, sample.wi), pdf;
+    if (cos_i <= 0 || dot(side.ng, sample.wi) <= 0) return black;
     rgb f = brdf_eval_pdf(&point->brdf, point->n, point->wo, sample.wi, &pdf);
-    if (is_black(f) || trace_occluded(model->trace, point->origin, sample.wi, sample.distance)) return black;
+    if (is_black(f)) return black;
+    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.distance);
     float weight = mis && sample.pdf > 0 ? mis_weight(sample.pdf, pdf) : 1;
-    return mul(f, scale(sample.weight, cos_i * weight));
+    return mul(mul(f, lit), scale(sample.weight, cos_i * weight));
+}
+
+rgb shade_direct(const struct model *model, const struct point *point, const float u[static 3], bool mis)
+{
+    rgb light = direct_from(model, point, false, u, mis);
+    return brdf_spreads(&point->brdf) ? add(light, direct_from(model, point, true, u, mis)) : light;
 }

@@ -7,7 +7,7 @@ import sys
 
 import flip_evaluator
 import numpy
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 # OpenImageIO comes with Blender's module, in a folder that only Blender's own Python looks into.
 _blender = os.path.dirname(importlib.util.find_spec("bpy").origin)
@@ -15,14 +15,46 @@ sys.path += glob.glob(os.path.join(_blender, "4.*", "python", "lib", "python3*",
 import OpenImageIO  # noqa: E402
 
 
-def read(path, layer="Combined"):
-    """The R, G, B of a layer: an array (height, width, 3) of linear floats, row 0 at the top."""
+class PictureError(SystemExit):
+    """One sentence for the user, with which a script ends that doesn't catch it."""
+
+
+def _open(path):
     picture = OpenImageIO.ImageBuf(path)
-    if not picture.read(0, 0, True):
-        sys.exit(f"{path}: {picture.geterror()}")
-    names = list(picture.spec().channelnames)
-    channels = [next(i for i, name in enumerate(names) if name.endswith(f"{layer}.{c}")) for c in "RGB"]
+    if not picture.read(0, 0, True, "float"):
+        raise PictureError(f"{path}: cannot be read: {picture.geterror()}")
+    return picture
+
+
+def _channels(path, picture, layer, names):
+    try:
+        return [next(i for i, name in enumerate(picture.spec().channelnames) if name.endswith(f"{layer}.{c}"))
+                for c in names]
+    except StopIteration:
+        raise PictureError(f"{path}: has no layer {layer} of {', '.join(names)}") from None
+
+
+def read(path, layer="Combined", names="RGB"):
+    """The three channels of a layer: an array (height, width, 3) of linear floats, row 0 at the top."""
+    picture = _open(path)
+    channels = _channels(path, picture, layer, names)
     return numpy.ascontiguousarray(picture.get_pixels(OpenImageIO.FLOAT)[:, :, channels])
+
+
+def replace(path, out, layers):
+    """Copies an EXR, the R, G, B of some layers replaced: {"Combined": array, ...}. A whole file or none."""
+    picture = _open(path)
+    pixels = picture.get_pixels(OpenImageIO.FLOAT)
+    for layer, values in layers.items():
+        pixels[:, :, _channels(path, picture, layer, "RGB")] = values
+    part = out + ".part.exr"
+    try:
+        if not picture.set_pixels(picture.roi, pixels) or not picture.write(part):
+            raise PictureError(f"{out}: cannot be written: {picture.geterror()}")
+        os.replace(part, out)
+    finally:
+        if os.path.exists(part):
+            os.remove(part)
 
 
 def write_half(path, layers):
@@ -35,7 +67,7 @@ def write_half(path, layers):
     output = OpenImageIO.ImageOutput.create(path)
     pixels = numpy.ascontiguousarray(numpy.concatenate(list(layers.values()), axis=2), numpy.float32)
     if not output or not output.open(path, spec) or not output.write_image(pixels) or not output.close():
-        sys.exit(f"{path}: cannot be written: {OpenImageIO.geterror()}")
+        raise PictureError(f"{path}: cannot be written: {OpenImageIO.geterror()}")
 
 
 def round_bits(pixels, seed, bits=8):
@@ -81,14 +113,21 @@ def shrink(pixels, factor):
 
 
 def flip_map(picture, reference, stops=0):
-    """LDR-FLIP of two linear pictures as display() shows them: its map in display values, and its mean."""
-    shown, mean, _ = flip_evaluator.evaluate(display(reference, stops), display(picture, stops), "LDR", inputsRGB=True,
-                                             applyMagma=True)
-    return shown, float(mean)
+    """LDR-FLIP, a number a pixel, of two linear pictures as display() shows them."""
+    errors, _, _ = flip_evaluator.evaluate(display(reference, stops), display(picture, stops), "LDR",
+                                           inputsRGB=True, applyMagma=False)
+    return errors[:, :, 0]
 
 
-def flip(picture, reference):
-    return flip_map(picture, reference)[1]
+def flip(picture, reference, stops=0):
+    """The mean of flip_map."""
+    return float(flip_map(picture, reference, stops).mean(dtype=float))
+
+
+def beside_emitters(emission):
+    """Which pixels are neither emitters seen directly nor within 4 pixels of one, as render/compare.h leaves out."""
+    lit = Image.fromarray(numpy.uint8(255 * (emission.max(axis=2) > 0)))
+    return numpy.asarray(lit.filter(ImageFilter.MaxFilter(9))) == 0
 
 
 def save(path, shown):

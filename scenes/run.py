@@ -66,8 +66,8 @@ def _set(assignments):
 
 
 def burnish(scene, out, method, samples, threads, seed=0, assignments=(), more=(), quiet=False):
-    """Renders and returns the numbers of --stats; assignments: what --set takes; more: other options; quiet: without
-    its progress."""
+    """Renders and returns the numbers of --stats; assignments: what --set takes; more: other options; quiet: what it
+    says is shown only where it fails."""
     stats = out.replace(".exr", ".json")
     _call([PROGRAM, "render", scene, "-o", out, "--method", method, "--spp", str(samples), "--threads", str(threads),
            "--seed", str(seed), "--stats", stats, *_set(assignments), *more], quiet)
@@ -84,7 +84,7 @@ def cycles(name, out, samples, threads, seed=0, denoise=False, assignments=(), m
     """Renders the .blend with Cycles and returns the numbers of its --stats; assignments and more as burnish()."""
     stats = out.replace(".exr", ".json")
     python("import/blender/cycles.py", blend(name), "-o", out, "--spp", samples, "--threads", threads, "--seed", seed,
-            "--stats", stats, *_set(assignments), *["--denoise"] * denoise, *more)
+           "--stats", stats, *_set(assignments), *["--denoise"] * denoise, *more)
     with open(stats, encoding="utf-8") as file:
         return json.load(file)
 

@@ -143,7 +143,7 @@ class Case:
         shown = (pictures.read(halves[0]), pictures.read(halves[1]))
         if method != reference:
             shown = (self.mean(method), self.mean(reference))
-        return {**errors, "flip": pictures.flip_map(*shown, pictures.stops(self.mean(reference)))[1]}
+        return {**errors, "flip": pictures.flip(*shown, pictures.stops(self.mean(reference)))}
 
     def mean(self, method):
         """Of a method's halves, or its one picture."""

@@ -4,6 +4,7 @@ light of the materials that it concerns."""
 import collections
 import os
 
+import matplotlib
 import numpy
 
 import page
@@ -50,7 +51,7 @@ def draw(case, results):
             continue
         mean, truth, maps = case.mean(method), case.mean(other), {}
         maps["error"] = error_map(mean, truth)
-        maps["flip"] = pictures.flip_map(mean, truth, stops)[0]
+        maps["flip"] = matplotlib.colormaps["magma"](pictures.flip_map(mean, truth, stops))[:, :, :3]
         maps["ratio"] = pictures.ratio_colour(block_ratio(mean, truth))
         for kind, shown in maps.items():
             pictures.save(os.path.join(case.folder, f"{method}_{other}_{kind}.png"), shown)

@@ -25,7 +25,7 @@ static float look(const struct model *model, float3 origin, float3 dir, int coun
         struct rng rng = rng_seed(1, (uint64_t)i, 0);
         struct point point;
         shade_point(model, ray, &hit, &point);
-        struct radiance r = path_radiance(model, &point, &rng);
+        struct radiance r = path_radiance(model, &point, NULL, &rng);
         sum += total(r);
         sum_direct += r.direct.x;
     }
@@ -92,7 +92,7 @@ static void disc_emitter(void **state)
         points[i] =
             vec3(0.8f * sinf(2 * PI * (float)i / 64), 0.8f * cosf(2 * PI * (float)i / 64), 1.5f); /* faces down */
     struct scene_material lamp = grey(0, 0, 0, 5);
-    lamp.emission_front_only = true;
+    lamp.emission_back = false;
     add_mesh(s, points, 64, 1, lamp);
     add_quad(s, vec3(0, 0, 0), vec3(4, 0, 0), vec3(0, 4, 0), grey(0.5f, 0, 0, 0));
     struct model model = build(s);
@@ -106,7 +106,7 @@ static void disc_emitter(void **state)
 
     s = new_stage(); /* a box that glows outside is dark within */
     struct scene_material outside = grey(0.5f, 0, 0, 5);
-    outside.emission_front_only = true;
+    outside.emission_back = false;
     add_cube(s, 1, outside);
     model = build(s);
     assert_true(look(&model, vec3(0, 0, 0), vec3(0.3f, 0.2f, -1), 1000, NULL) == 0);
@@ -132,11 +132,11 @@ static void two_strategies(void **state)
             add_sky(s);
         } else { /* two meshes that glow on their lower side, the first with two faces */
             struct scene_material lamp = grey(0, 0, 0, 8);
-            lamp.emission_front_only = true;
+            lamp.emission_back = false;
             float3 faces[8] = {{0, -1, 1.5f}, {0, 0, 1.5f}, {1, 0, 1.5f}, {1, -1, 1.5f},
                                {0, 0, 1.6f},  {0, 1, 1.8f}, {1, 1, 1.8f}, {1, 0, 1.6f}};
             add_mesh(s, faces, 4, 2, lamp);
-            lamp.emission[0] = 20;
+            lamp.emission.value[0] = 20;
             add_quad(s, vec3(-0.9f, 0.5f, 1), vec3(0, 0.3f, 0), vec3(0.2f, 0, 0), lamp);
         }
         struct model model = build(s);
@@ -151,7 +151,7 @@ static void two_strategies(void **state)
             struct rng rng = rng_seed(7, (uint64_t)i, 0);
             float u[3] = {rng_float(&rng), rng_float(&rng), rng_float(&rng)};
             one += shade_direct(&model, &point, u, false).x;
-            direct += path_radiance(&model, &point, &rng).direct.x;
+            direct += path_radiance(&model, &point, NULL, &rng).direct.x;
         }
         assert_true(direct > 0);
         assert_float_equal(one / direct, 1, kind == 4 ? 0.025f : 0.01f); /* a texel of sun is noisier */
@@ -190,7 +190,7 @@ static void instances(void **state)
     for (int shared = 0; shared < 2; shared++) {
         struct stage *s = new_stage();
         struct scene_material glow = grey(0.4f, 0, 0, 3);
-        glow.emission_front_only = true;
+        glow.emission_back = false;
         struct scene_object *object = add_quad(s, vec3(0, 0, 0), vec3(0.5f, 0, 0), vec3(0, 0.5f, 0.2f), glow);
         memcpy(object->transform, mirrored, sizeof mirrored);
         if (shared)
@@ -267,7 +267,10 @@ static void camera_rays(void **state)
 {
     (void)state;
     /* Looks along +y from (1, 2, 3), z up; twice as wide as high, shifted to the right. */
-    struct scene_camera camera = {{1, 0, 0, 1, 0, 0, -1, 2, 0, 1, 0, 3}, {-0.5f, 1.5f, -0.5f, 0.5f}, 200, 100};
+    struct scene_camera camera = {.transform = {1, 0, 0, 1, 0, 0, -1, 2, 0, 1, 0, 3},
+                                  .window = {-0.5f, 1.5f, -0.5f, 0.5f},
+                                  .width = 200,
+                                  .height = 100};
     struct ray corner = camera_ray(&camera, 0, 0), axis = camera_ray(&camera, 50, 50);
     assert_float_equal(corner.origin.z, 3, 0);
     assert_float_equal(corner.dir.x / corner.dir.y, -0.5f, 1e-6f);

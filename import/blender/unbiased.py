@@ -38,17 +38,22 @@ OBJECT = {
 LIGHT = {"cycles.max_bounces": 1024, "cycles.is_caustics_light": False}
 DENOISING = {
     "cycles.use_denoising": True, "cycles.denoiser": "OPENIMAGEDENOISE", "cycles.denoising_use_gpu": False,
-    "cycles.denoising_input_passes": "RGB_ALBEDO_NORMAL", "cycles.denoising_prefilter": "ACCURATE",
-    "cycles.denoising_quality": "HIGH",
+    "cycles.denoising_input_passes": "RGB_ALBEDO_NORMAL",
 }
+GUIDING = {"cycles.use_guiding": True, "cycles.use_surface_guiding": True, "cycles.guiding_training_samples": 128}
 
 
-def settings(scene, denoise, changes):
-    """Every biasing setting of the scene, its objects and its lights off; one view layer, named ViewLayer."""
+def settings(scene, denoise, guiding, changes):
+    """Every biasing setting of the scene, its objects and its lights off; one view layer, named ViewLayer. denoise:
+    None or "QUALITY,PREFILTER" in Cycles' words."""
     if scene.render.engine != "CYCLES":
         changes.append(f"render.engine: {scene.render.engine} -> CYCLES")
         scene.render.engine = "CYCLES"
-    changes += _apply(scene, SCENE | DENOISING if denoise else SCENE)
+    wanted = SCENE | GUIDING if guiding else SCENE
+    if denoise:
+        quality, prefilter = denoise.upper().split(",")
+        wanted = wanted | DENOISING | {"cycles.denoising_quality": quality, "cycles.denoising_prefilter": prefilter}
+    changes += _apply(scene, wanted)
 
     many = collections.Counter()
     for thing in scene.objects:

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/pane.h"
+
+/* Panes in a row; what lies behind more is dark. */
+enum { MOST_PANES = 256 };
+
+rgb pane_transmittance(const struct model *model, float3 origin, float3 dir, float tfar)
+{
+    const rgb black = {0};
+    rgb passed = {1, 1, 1};
+    if (!model->panes) return trace_occluded(model->trace, origin, dir, tfar) ? black : passed;
+    for (int i = 0; i < MOST_PANES; i++) {
+        struct hit hit;
+        struct point point;
+        if (!trace_closest(model->trace, origin, dir, tfar, &hit)) return passed;
+        if (!shade_may_pass(model, &hit)) return black;
+        shade_point(model, (struct ray){origin, dir}, &hit, &point);
+        passed = mul(passed, point.brdf.through);
+        if (is_black(passed)) return black;
+        tfar -= hit.t;
+        origin = shade_origin(&point, dir);
+    }
+    return black;
+}
+
+bool pane_pass(const struct point *point, struct rng *rng, rgb *weight)
+{
+    float chance = brdf_pass_chance(&point->brdf, dot(point->n, point->wo));
+    if (chance == 0) return false;
+    if (rng_float(rng) < chance) {
+        *weight = mul(*weight, scale(point->brdf.through, 1 / chance));
+        return true;
+    }
+    *weight = scale(*weight, 1 / (1 - chance));
+    return false;
+}
