@@ -28,7 +28,10 @@ def blend(name):
         return name
     path = os.path.join(ROOT, "scenes", name, name + ".blend")
     if not os.path.exists(path):
-        _call([sys.executable, os.path.join(os.path.dirname(path), "make.py")], quiet=True)
+        make = os.path.join(os.path.dirname(path), "make.py")
+        if not os.path.exists(make):
+            raise Failure(sentence := f"{name}: neither a .blend nor a scene of {os.path.dirname(__file__)}", sentence)
+        _call([sys.executable, make], quiet=True)
     return path
 
 

@@ -5,7 +5,7 @@ can say whose light differs.
     build/venv/bin/python scenes/seen.py FILE.blend OUT.npz WIDTHxHEIGHT
 
 OUT.npz holds `objects` and `materials`, names, and `object` and `material`, indices into them: (height, width), -1
-where nothing is. A ray goes through the middle of every second pixel. Panoramas aren't known.
+where nothing is. A ray goes through the middle of every second pixel. For panoramas nothing is written.
 """
 import os
 import sys
@@ -59,10 +59,9 @@ def main():
     width, height = map(int, size.split("x"))
     bpy.ops.wm.open_mainfile(filepath=os.path.abspath(path), load_ui=False, use_scripts=False)
     scene = bpy.context.scene
-    if scene.camera.data.type == "PANO":
-        sys.exit("a panoramic camera's rays are not known here")
-    scene.render.resolution_x, scene.render.resolution_y = width, height
-    numpy.savez_compressed(out, **look(scene, width, height))
+    if scene.camera.data.type != "PANO":
+        scene.render.resolution_x, scene.render.resolution_y = width, height
+        numpy.savez_compressed(out, **look(scene, width, height))
 
 
 if __name__ == "__main__":

@@ -82,8 +82,10 @@ class Case:
         try:
             function()
         except (SystemExit, OSError, ValueError, KeyError) as error:
-            self.failures.append((text, getattr(error, "sentence", None) or str(error)))
-            print(f"    {text} failed: {self.failures[-1][1]}", flush=True)
+            sentence = getattr(error, "sentence", None) or str(error)
+            if sentence not in (said for _, said in self.failures):
+                self.failures.append((text, sentence))
+                print(f"    {text} failed: {sentence}", flush=True)
             return False
         return True
 
@@ -130,10 +132,10 @@ class Case:
         self.halves[method] = outs
 
     def look(self):
-        """What each pixel sees, for the table of materials; panoramas and odd files go without."""
+        """What each pixel sees, for the table of materials; panoramas go without."""
         out = os.path.join(self.work, "seen.npz")
         run.python("scenes/seen.py", self.file, out, self.size)
-        self.seen = out
+        self.seen = out if os.path.exists(out) else None
 
     def compare(self, method, reference):
         """Errors of a method against a reference's halves, noise taken out; FLIP, in which noise stays. Of a reference
