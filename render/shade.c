@@ -22,12 +22,6 @@ static float3 pull_normal(float3 n, float3 ng, float3 wo)
     return normalize(mad(scale(ng, cosf(a)), side, sinf(a)));
 }
 
-static inline float3 interpolate(const float *a, const float *b, const float *c, float u, float v)
-{
-    float w = 1 - u - v;
-    return vec3(w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1], w * a[2] + u * b[2] + v * c[2]);
-}
-
 /* SCENE_NONE: the default one. */
 static int material_at(const struct model *model, const struct hit *hit)
 {
@@ -42,29 +36,36 @@ bool shade_may_pass(const struct model *model, const struct hit *hit)
     return material != SCENE_NONE && surface_may_pass(&model->scene->materials[material]);
 }
 
-/* What of a material goes by uv: its texture place, and where asked for, tangents. */
-static void shade_material(const struct model *model, const struct scene_material *material,
-                           const float *const corners[static 3], const float2 uvs[static 3], const struct hit *hit,
+/* The axes of uv on the triangle that was hit. */
+static struct uv_axes axes_at(const struct model *model, const struct hit *hit)
+{
+    const struct trace_object *object = &model->objects[hit->object];
+    const struct triangles *t = object->triangles;
+    const uint32_t *index = t->indices + 3 * (size_t)hit->triangle;
+    float3 corners[3];
+    float2 uvs[3];
+    if (!t->uvs) return (struct uv_axes){0};
+    for (int i = 0; i < 3; i++) {
+        corners[i] = vec_from(t->positions + 3 * (size_t)index[i]);
+        if (object->instanced) corners[i] = transform_point(object->transform, corners[i]);
+        uvs[i] = (float2){t->uvs[2 * (size_t)index[i]], t->uvs[2 * (size_t)index[i] + 1]};
+    }
+    return uv_axes(corners, uvs);
+}
+
+static void shade_material(const struct model *model, const struct scene_material *material, const struct hit *hit,
                            struct point *point)
 {
-    float w = 1 - hit->u - hit->v;
-    struct texture_place place = {.uv = {w * uvs[0].x + hit->u * uvs[1].x + hit->v * uvs[2].x,
-                                         w * uvs[0].y + hit->u * uvs[1].y + hit->v * uvs[2].y},
-                                  .cosine = fabsf(dot(point->n, point->wo)),
-                                  .front = point->front};
-    struct uv_axes axes = {0};
-    if (material->normal.type != NORMAL_OF_MESH || surface_has_tangent(material)) {
-        const struct trace_object *object = &model->objects[hit->object];
-        float3 world[3];
-        for (int i = 0; i < 3; i++) {
-            world[i] = vec_from(corners[i]);
-            if (object->instanced) world[i] = transform_point(object->transform, world[i]);
-        }
-        axes = uv_axes(world, uvs);
-    }
     const struct textures *textures = &model->textures;
+    bool bent = material->normal.type != NORMAL_OF_MESH;
+    struct texture_place place = {
+        .uv = surface_uv(model->objects[hit->object].triangles, hit->triangle, hit->u, hit->v),
+        .cosine = fabsf(dot(point->n, point->wo)),
+        .front = point->front};
+    struct uv_axes axes = {0};
+    if (bent || surface_has_tangent(material)) axes = axes_at(model, hit);
     point->emission = surface_emission(textures, material, &place);
-    if (material->normal.type != NORMAL_OF_MESH) {
+    if (bent) {
         float step = BUMP_STEP * camera_pixel_width(&model->scene->camera, point->p);
         point->n = bumps_normal(textures, &material->normal, &place, &axes, point->n, step);
     }
@@ -77,35 +78,26 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
     const struct trace_object *object = &model->objects[hit->object];
     const struct triangles *t = object->triangles;
     const uint32_t *index = t->indices + 3 * (size_t)hit->triangle;
-    const float *corners[3];
-    for (int i = 0; i < 3; i++) corners[i] = t->positions + 3 * (size_t)index[i];
-    float3 p = interpolate(corners[0], corners[1], corners[2], hit->u, hit->v);
-    float3 ng = cross(sub(vec_from(corners[1]), vec_from(corners[0])), sub(vec_from(corners[2]), vec_from(corners[0])));
-    float3 n = interpolate(t->normals + 3 * (size_t)index[0], t->normals + 3 * (size_t)index[1],
-                           t->normals + 3 * (size_t)index[2], hit->u, hit->v);
+    float3 corners[3];
+    for (int i = 0; i < 3; i++) corners[i] = vec_from(t->positions + 3 * (size_t)index[i]);
+    float3 p = mad(mad(scale(corners[0], 1 - hit->u - hit->v), corners[1], hit->u), corners[2], hit->v);
+    float3 ng = cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]));
     if (object->instanced) {
         p = transform_point(object->transform, p);
         ng = transform_normal(object->transform, ng);
-        n = transform_normal(object->transform, n);
     }
     ng = normalize(ng);
-    n = dot(n, n) > 0 ? normalize(n) : ng;
-    *point = (struct point){
-        .p = p, .wo = scale(ray.dir, -1), .object = hit->object, .triangle = hit->triangle};
+    float3 n = surface_normal(object, hit->triangle, hit->u, hit->v);
+    if (!(dot(n, n) > 0)) n = ng;
+    *point =
+        (struct point){.p = p, .wo = scale(ray.dir, -1), .object = hit->object, .triangle = hit->triangle};
     point->front = dot(ng, point->wo) >= 0;
     point->ng = point->front ? ng : scale(ng, -1);
     point->n = point->front ? n : scale(n, -1);
     point->origin = trace_offset(p, point->ng);
-
     point->material = material_at(model, hit);
-    if (point->material == SCENE_NONE) {
-        point->brdf = (struct brdf){.kd = {0.8f, 0.8f, 0.8f}};
-        return;
-    }
-    float2 uvs[3] = {0};
-    for (int i = 0; i < 3 && t->uvs; i++)
-        uvs[i] = (float2){t->uvs[2 * (size_t)index[i]], t->uvs[2 * (size_t)index[i] + 1]};
-    shade_material(model, &model->scene->materials[point->material], corners, uvs, hit, point);
+    if (point->material == SCENE_NONE) point->brdf = (struct brdf){.kd = {0.8f, 0.8f, 0.8f}};
+    else shade_material(model, &model->scene->materials[point->material], hit, point);
 }
 
 float shade_curvature(const struct model *model, const struct point *point, float *steepest)

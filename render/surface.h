@@ -5,6 +5,13 @@
 
 #include "eas/brdf.h"
 #include "render/texture.h"
+#include "render/trace.h"
+
+/* uv of a place of a triangle, 0 where the mesh has none; u, v: barycentric. */
+float2 surface_uv(const struct triangles *triangles, uint32_t triangle, float u, float v);
+
+/* The mesh's shading normal there, unit, world space; 0 where it has none. */
+float3 surface_normal(const struct trace_object *placed, uint32_t triangle, float u, float v);
 
 /* The sum of the closures on the viewer's side. n: shading normal; wo: to the viewer, n.wo > 0 where the material is
  * glossy; tangent: along increasing u, of any length, 0 where there is none. */

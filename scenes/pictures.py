@@ -82,13 +82,27 @@ def write_half(path, layers):
 def write_png(path, shown):
     """Writes display values (height, width, 3)."""
     with _whole(path) as part:
-        Image.fromarray(numpy.uint8(numpy.round(255 * numpy.clip(shown, 0, 1)))).save(part)
+        Image.fromarray(numpy.uint8(numpy.round(255 * numpy.clip(numpy.nan_to_num(shown), 0, 1)))).save(part)
 
 
-def display(linear):
-    """Blender's view transform "Standard" at exposure 0: the sRGB curve, cut off at 0 and 1."""
-    x = numpy.clip(linear, 0, 1)
+def round_bits(pixels, seed, bits=8):
+    """Numbers of so many significant bits, which pack small: up or down by chance, so that their mean stays."""
+    step = 1 << (24 - bits)
+    raw = numpy.ascontiguousarray(pixels, numpy.float32).view(numpy.uint32)
+    chance = numpy.random.default_rng(seed).integers(0, step, raw.shape, numpy.uint32)
+    return ((raw + chance) & numpy.uint32(0xFFFFFFFF ^ (step - 1))).view(numpy.float32)
+
+
+def display(linear, stops=0):
+    """Blender's view transform "Standard" at an exposure: the sRGB curve, cut off at 0 and 1."""
+    x = numpy.clip(linear * 2.0 ** stops, 0, 1)
     return numpy.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055).astype(numpy.float32)
+
+
+def stops(linear):
+    """Whole stops of exposure that bring the median luminance near .3."""
+    median = numpy.median(linear @ numpy.float32((.2126, .7152, .0722)))
+    return int(round(numpy.clip(numpy.log2(.3 / max(median, 1e-6)), -10, 10)))
 
 
 def false_colour(error):
@@ -96,6 +110,13 @@ def false_colour(error):
     at = (0, .02, .05, .1, .2, .5, 1)
     colours = ((0, 0, 0), (0, 0, .4), (0, .2, 1), (0, .7, .2), (1, 1, 0), (.9, 0, 0), (1, 1, 1))
     return numpy.stack([numpy.interp(error, at, channel) for channel in zip(*colours)], axis=-1)
+
+
+def ratio_colour(ratio):
+    """Display values of a ratio: white 1, red where more, blue where less, full at 5/4 and 4/5."""
+    at = numpy.log(ratio) / numpy.log(1.25)
+    colours = ((.1, .25, .7), (1, 1, 1), (.75, .1, .1))
+    return numpy.stack([numpy.interp(at, (-1, 0, 1), channel) for channel in zip(*colours)], axis=-1)
 
 
 def shrink(pixels, factor):
@@ -106,16 +127,16 @@ def shrink(pixels, factor):
                         for c in range(channels)], axis=-1)
 
 
-def flip_map(picture, reference):
+def flip_map(picture, reference, stops=0):
     """LDR-FLIP, a number a pixel, of two linear pictures as display() shows them."""
-    errors, _, _ = flip_evaluator.evaluate(display(reference), display(picture), "LDR", inputsRGB=True,
-                                           applyMagma=False)
+    errors, _, _ = flip_evaluator.evaluate(display(reference, stops), display(picture, stops), "LDR",
+                                           inputsRGB=True, applyMagma=False)
     return errors[:, :, 0]
 
 
-def flip(picture, reference):
+def flip(picture, reference, stops=0):
     """The mean of flip_map."""
-    return float(flip_map(picture, reference).mean(dtype=float))
+    return float(flip_map(picture, reference, stops).mean(dtype=float))
 
 
 def beside_emitters(emission):
