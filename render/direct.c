@@ -144,7 +144,7 @@ static rgb sample_side(const struct direct *direct, const struct point *point, b
         sum = mad(sum, mul(light.weight, f), cosine * mis);
     }
     if (is_black(sum)) return sum;
-    return mul(sum, pane_transmittance(direct->model, side.origin, light.wi, light.distance));
+    return mul(sum, pane_transmittance(direct->model, side.origin, light.wi, light.reach));
 }
 
 rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged)
@@ -180,6 +180,7 @@ static rgb cell_lit(const struct direct *direct, const struct point *point, floa
         /* Sampled from the mean point: the same place from this origin. */
         float3 to = isinf(light.distance) ? light.wi : sub(mad(point->origin, light.wi, light.distance), origin);
         distance = isinf(light.distance) ? INFINITY : length(to);
+        if (light.reach == 0) distance = 0;
         wi = normalize(to);
     }
     return dot(wi, point->ng) > 0 ? pane_transmittance(direct->model, origin, wi, distance) : vec3(0, 0, 0);
