@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From picture to rays: pinhole or thin lens, orthographic, panoramic; Blender's conventions (looks along -Z, +Y up). */
+/* From picture to rays: pinhole or thin lens, orthographic, panoramic; Blender's conventions (looks along -Z, +Y). */
 #ifndef RENDER_CAMERA_H
 #define RENDER_CAMERA_H
 
