@@ -136,7 +136,7 @@ static rgb direct_from(const struct model *model, const struct point *point, boo
     if (cos_i <= 0 || dot(side.ng, sample.wi) <= 0) return black;
     rgb f = brdf_eval_pdf(&point->brdf, point->n, point->wo, sample.wi, &pdf);
     if (is_black(f)) return black;
-    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.distance);
+    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.reach);
     float weight = mis && sample.pdf > 0 ? mis_weight(sample.pdf, pdf) : 1;
     return mul(mul(f, lit), scale(sample.weight, cos_i * weight));
 }
