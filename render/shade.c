@@ -6,9 +6,6 @@
 #include "render/surface.h"
 #include "render/transform.h"
 
-/* Heights are compared over so many pixels: the Bump node's filter width. */
-#define BUMP_STEP .1f
-
 /* A normal whose mirror direction of wo stands at least this far above ng's horizon (or nearly as far as wo itself).
  * With n at angle a from ng in the plane of both, and wo at angle b there with length w, the mirror direction has the
  * component w cos(2a - b) along ng; the largest a that keeps it at t is (b + acos(t/w)) / 2. */
@@ -66,7 +63,7 @@ static void shade_material(const struct model *model, const struct scene_materia
     if (bent || surface_has_tangent(material)) axes = axes_at(model, hit);
     point->emission = surface_emission(textures, material, &place);
     if (bent) {
-        float step = BUMP_STEP * camera_pixel_width(&model->scene->camera, point->p);
+        float step = material->normal.filter * camera_pixel_width(&model->scene->camera, point->p);
         point->n = bumps_normal(textures, &material->normal, &place, &axes, point->n, step);
     }
     if (surface_is_glossy(material)) point->n = pull_normal(point->n, point->ng, point->wo);
