@@ -22,15 +22,3 @@ rgb pane_transmittance(const struct model *model, float3 origin, float3 dir, flo
     }
     return black;
 }
-
-bool pane_pass(const struct point *point, struct rng *rng, rgb *weight)
-{
-    float chance = brdf_pass_chance(&point->brdf, dot(point->n, point->wo));
-    if (chance == 0) return false;
-    if (rng_float(rng) < chance) {
-        *weight = mul(*weight, scale(point->brdf.through, 1 / chance));
-        return true;
-    }
-    *weight = scale(*weight, 1 / (1 - chance));
-    return false;
-}
