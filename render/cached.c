@@ -9,7 +9,7 @@
 enum { SEED_PIXEL = 401, BATCH = 16 };
 
 /* Shadow rays a camera ray: to lamps (a power of two); under an environment alone, which comes from all sides. */
-enum { SHADOW_RAYS = 4, SKY_RAYS = 8 };
+enum { SHADOW_RAYS = 4, SKY_RAYS = 12 };
 
 /* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
@@ -188,20 +188,25 @@ static void look_up(const struct cached *cached, const struct point *mean, float
 }
 
 /* Samples first .. first + count of a pixel. */
-static void add_batch(const struct cached *cached, int x, int y, int first, int count, struct pixel *pixel)
+static void add_batch(const struct cached *cached, int x, int y, int first, int count, struct shadow_memory *memory,
+                      struct pixel *pixel)
 {
     uint64_t index = (uint64_t)(y * cached->model->scene->camera.width + x);
     struct rng rng = rng_seed(cached->seed ^ (uint64_t)SEED_PIXEL << 32, index, (uint64_t)first);
     const int lamps_count = count * SHADOW_RAYS;
     struct sequence place = sequence_draw(&rng, count), lamp = sequence_draw(&rng, lamps_count),
                     lobe = sequence_draw(&rng, count);
+    bool blurred = camera_has_lens(&cached->model->scene->camera);
+    struct sequence lens = {0};
+    if (blurred) lens = sequence_draw(&rng, count);
     float turn = rng_float(&rng);
     struct group groups[BATCH];
     int group_count = 0;
     for (int i = 0; i < count; i++) {
-        float2 jitter = sequence_point(place, i);
+        float2 jitter = sequence_point(place, i), on_lens = {0, 0};
+        if (blurred) on_lens = sequence_point(lens, i);
         struct point point;
-        if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, &rng, pixel, &point)) continue;
+        if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, on_lens, &rng, pixel, &point)) continue;
         /* The group has the lobes that are resolved. */
         int lobes = point.brdf.lobe_count, resolved = direct_sort(&point.brdf);
         point.brdf.lobe_count = resolved;
@@ -236,13 +241,13 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         int rays = cached->direct.sky ? SKY_RAYS : SHADOW_RAYS;
         look_up(cached, &point, samples, pixel, &rng);
         rgb light = direct_light(&cached->direct, &point, groups[i].averages, groups[i].origins, groups[i].count,
-                                 rays * groups[i].count, &rng);
+                                 rays * groups[i].count, memory, &rng);
         pixel->direct = mad(pixel->direct, light, samples);
     }
 }
 
-void cached_pixel(const struct cached *cached, int x, int y, struct pixel *pixel)
+void cached_pixel(const struct cached *cached, int x, int y, struct shadow_memory *memory, struct pixel *pixel)
 {
     for (int first = 0; first < cached->spp; first += BATCH)
-        add_batch(cached, x, y, first, cached->spp - first < BATCH ? cached->spp - first : BATCH, pixel);
+        add_batch(cached, x, y, first, cached->spp - first < BATCH ? cached->spp - first : BATCH, memory, pixel);
 }

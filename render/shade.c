@@ -6,9 +6,6 @@
 #include "render/surface.h"
 #include "render/transform.h"
 
-/* Heights are compared over so many pixels: the Bump node's filter width. */
-#define BUMP_STEP .1f
-
 /* A normal whose mirror direction of wo stands at least this far above ng's horizon (or nearly as far as wo itself).
  * With n at angle a from ng in the plane of both, and wo at angle b there with length w, the mirror direction has the
  * component w cos(2a - b) along ng; the largest a that keeps it at t is (b + acos(t/w)) / 2. */
@@ -20,12 +17,6 @@ static float3 pull_normal(float3 n, float3 ng, float3 wo)
     float wo_side = dot(wo, side), w = sqrtf(wo_side * wo_side + cos_o * cos_o);
     float a = (atan2f(wo_side, cos_o) + acosf(clampf(least / w, -1, 1))) / 2;
     return normalize(mad(scale(ng, cosf(a)), side, sinf(a)));
-}
-
-static inline float3 interpolate(const float *a, const float *b, const float *c, float u, float v)
-{
-    float w = 1 - u - v;
-    return vec3(w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1], w * a[2] + u * b[2] + v * c[2]);
 }
 
 /* SCENE_NONE: the default one. */
@@ -42,34 +33,41 @@ bool shade_may_pass(const struct model *model, const struct hit *hit)
     return material != SCENE_NONE && surface_may_pass(&model->scene->materials[material]);
 }
 
-/* What of a material goes by uv: its texture place, and where asked for, tangents. */
-static void shade_material(const struct model *model, const struct scene_material *material,
-                           const float *const corners[static 3], const float2 uvs[static 3], const struct hit *hit,
+/* The axes of uv on the triangle that was hit. */
+static struct uv_axes axes_at(const struct model *model, const struct hit *hit)
+{
+    const struct trace_object *object = &model->objects[hit->object];
+    const struct triangles *t = object->triangles;
+    const uint32_t *index = t->indices + 3 * (size_t)hit->triangle;
+    float3 corners[3];
+    float2 uvs[3];
+    if (!t->uvs) return (struct uv_axes){0};
+    for (int i = 0; i < 3; i++) {
+        corners[i] = vec_from(t->positions + 3 * (size_t)index[i]);
+        if (object->instanced) corners[i] = transform_point(object->transform, corners[i]);
+        uvs[i] = (float2){t->uvs[2 * (size_t)index[i]], t->uvs[2 * (size_t)index[i] + 1]};
+    }
+    return uv_axes(corners, uvs);
+}
+
+static void shade_material(const struct model *model, const struct scene_material *material, const struct hit *hit,
                            struct point *point)
 {
-    float w = 1 - hit->u - hit->v;
-    struct texture_place place = {.uv = {w * uvs[0].x + hit->u * uvs[1].x + hit->v * uvs[2].x,
-                                         w * uvs[0].y + hit->u * uvs[1].y + hit->v * uvs[2].y},
-                                  .cosine = fabsf(dot(point->n, point->wo)),
-                                  .front = point->front};
-    struct uv_axes axes = {0};
-    if (material->normal.type != NORMAL_OF_MESH || surface_has_tangent(material)) {
-        const struct trace_object *object = &model->objects[hit->object];
-        float3 world[3];
-        for (int i = 0; i < 3; i++) {
-            world[i] = vec_from(corners[i]);
-            if (object->instanced) world[i] = transform_point(object->transform, world[i]);
-        }
-        axes = uv_axes(world, uvs);
-    }
     const struct textures *textures = &model->textures;
+    bool bent = material->normal.type != NORMAL_OF_MESH;
+    struct texture_place place = {
+        .uv = surface_uv(model->objects[hit->object].triangles, hit->triangle, hit->u, hit->v),
+        .cosine = fabsf(dot(point->n, point->wo)),
+        .front = point->front};
+    struct uv_axes axes = {0};
+    if (bent || surface_has_tangent(material)) axes = axes_at(model, hit);
     point->emission = surface_emission(textures, material, &place);
-    if (material->normal.type != NORMAL_OF_MESH) {
-        float step = BUMP_STEP * camera_pixel_width(&model->scene->camera, point->p);
+    if (bent) {
+        float step = material->normal.filter * camera_pixel_width(&model->scene->camera, point->p);
         point->n = bumps_normal(textures, &material->normal, &place, &axes, point->n, step);
     }
     if (surface_is_glossy(material)) point->n = pull_normal(point->n, point->ng, point->wo);
-    point->brdf = surface_brdf(textures, material, &place, point->n, point->wo, axes.du);
+    surface_brdf(textures, material, &place, point->n, point->wo, axes.du, &point->brdf);
 }
 
 void shade_point(const struct model *model, struct ray ray, const struct hit *hit, struct point *point)
@@ -77,35 +75,30 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
     const struct trace_object *object = &model->objects[hit->object];
     const struct triangles *t = object->triangles;
     const uint32_t *index = t->indices + 3 * (size_t)hit->triangle;
-    const float *corners[3];
-    for (int i = 0; i < 3; i++) corners[i] = t->positions + 3 * (size_t)index[i];
-    float3 p = interpolate(corners[0], corners[1], corners[2], hit->u, hit->v);
-    float3 ng = cross(sub(vec_from(corners[1]), vec_from(corners[0])), sub(vec_from(corners[2]), vec_from(corners[0])));
-    float3 n = interpolate(t->normals + 3 * (size_t)index[0], t->normals + 3 * (size_t)index[1],
-                           t->normals + 3 * (size_t)index[2], hit->u, hit->v);
+    float3 corners[3];
+    for (int i = 0; i < 3; i++) corners[i] = vec_from(t->positions + 3 * (size_t)index[i]);
+    float3 p = mad(mad(scale(corners[0], 1 - hit->u - hit->v), corners[1], hit->u), corners[2], hit->v);
+    float3 ng = cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]));
     if (object->instanced) {
         p = transform_point(object->transform, p);
         ng = transform_normal(object->transform, ng);
-        n = transform_normal(object->transform, n);
     }
     ng = normalize(ng);
-    n = dot(n, n) > 0 ? normalize(n) : ng;
-    *point = (struct point){
-        .p = p, .wo = scale(ray.dir, -1), .object = hit->object, .triangle = hit->triangle};
+    float3 n = surface_normal(object, hit->triangle, hit->u, hit->v);
+    if (!(dot(n, n) > 0)) n = ng;
+    /* One by one: the room for lobes is large, and need not be zero. */
+    point->p = p;
+    point->wo = scale(ray.dir, -1);
+    point->emission = vec3(0, 0, 0);
+    point->object = hit->object;
+    point->triangle = hit->triangle;
     point->front = dot(ng, point->wo) >= 0;
     point->ng = point->front ? ng : scale(ng, -1);
     point->n = point->front ? n : scale(n, -1);
     point->origin = trace_offset(p, point->ng);
-
     point->material = material_at(model, hit);
-    if (point->material == SCENE_NONE) {
-        point->brdf = (struct brdf){.kd = {0.8f, 0.8f, 0.8f}};
-        return;
-    }
-    float2 uvs[3] = {0};
-    for (int i = 0; i < 3 && t->uvs; i++)
-        uvs[i] = (float2){t->uvs[2 * (size_t)index[i]], t->uvs[2 * (size_t)index[i] + 1]};
-    shade_material(model, &model->scene->materials[point->material], corners, uvs, hit, point);
+    if (point->material == SCENE_NONE) point->brdf = (struct brdf){.kd = {0.8f, 0.8f, 0.8f}};
+    else shade_material(model, &model->scene->materials[point->material], hit, point);
 }
 
 float shade_curvature(const struct model *model, const struct point *point, float *steepest)
@@ -144,7 +137,7 @@ static rgb direct_from(const struct model *model, const struct point *point, boo
     if (cos_i <= 0 || dot(side.ng, sample.wi) <= 0) return black;
     rgb f = brdf_eval_pdf(&point->brdf, point->n, point->wo, sample.wi, &pdf);
     if (is_black(f)) return black;
-    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.distance);
+    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.reach);
     float weight = mis && sample.pdf > 0 ? mis_weight(sample.pdf, pdf) : 1;
     return mul(mul(f, lit), scale(sample.weight, cos_i * weight));
 }

@@ -1,6 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/surface.h"
 
+#include "render/transform.h"
+
+float2 surface_uv(const struct triangles *triangles, uint32_t triangle, float u, float v)
+{
+    if (!triangles->uvs) return (float2){0, 0};
+    const uint32_t *index = triangles->indices + 3 * (size_t)triangle;
+    const float *a = triangles->uvs + 2 * (size_t)index[0], *b = triangles->uvs + 2 * (size_t)index[1];
+    const float *c = triangles->uvs + 2 * (size_t)index[2];
+    float w = 1 - u - v;
+    return (float2){w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1]};
+}
+
+float3 surface_normal(const struct trace_object *placed, uint32_t triangle, float u, float v)
+{
+    const struct triangles *t = placed->triangles;
+    const uint32_t *index = t->indices + 3 * (size_t)triangle;
+    float3 n = scale(vec_from(t->normals + 3 * (size_t)index[0]), 1 - u - v);
+    n = mad(mad(n, vec_from(t->normals + 3 * (size_t)index[1]), u), vec_from(t->normals + 3 * (size_t)index[2]), v);
+    if (placed->instanced) n = transform_normal(placed->transform, n);
+    return dot(n, n) > 0 ? normalize(n) : n;
+}
+
 /* Where a closure is evaluated. */
 struct site {
     const struct textures *textures;
@@ -107,20 +129,19 @@ static struct brdf closure_brdf(const struct site *site, const struct scene_clos
     return (struct brdf){0};
 }
 
-struct brdf surface_brdf(const struct textures *textures, const struct scene_material *material,
-                         const struct texture_place *place, float3 n, float3 wo, float3 tangent)
+void surface_brdf(const struct textures *textures, const struct scene_material *material,
+                  const struct texture_place *place, float3 n, float3 wo, float3 tangent, struct brdf *brdf)
 {
     struct site site = {textures, place, n, tangent, dot(n, wo)};
-    struct brdf sum = {0};
+    brdf_clear(brdf);
     for (int i = 0; i < material->closure_count; i++) {
         const struct scene_closure *closure = &material->closures[i];
         if (place->front ? !closure->front : !closure->back) continue;
         rgb weight = colour(&site, &closure->weight);
         if (is_black(weight)) continue;
         struct brdf part = closure_brdf(&site, closure);
-        brdf_add(&sum, &part, weight);
+        brdf_add(brdf, &part, weight);
     }
-    return sum;
 }
 
 bool surface_is_glossy(const struct scene_material *material)
