@@ -17,8 +17,10 @@ static void path_pixel(const struct model *model, int spp, uint64_t seed, int x,
         struct rng rng = rng_seed(seed ^ (uint64_t)SEED_PATH << 32, index, (uint64_t)i);
         struct picture_sequence spread = sequence_picture(seed, x, y, i, spp);
         float2 place = sequence_next(&spread);
+        float2 lens = {0, 0};
+        if (camera_has_lens(&model->scene->camera)) lens = sequence_next(&spread);
         struct point point;
-        if (!primary(model, (float)x + place.x, (float)y + place.y, &rng, pixel, &point)) continue;
+        if (!primary(model, (float)x + place.x, (float)y + place.y, lens, &rng, pixel, &point)) continue;
         struct radiance radiance = path_radiance(model, &point, &spread, &rng);
         pixel->direct = add(pixel->direct, radiance.direct);
         pixel->indirect = add(pixel->indirect, radiance.indirect);
@@ -32,9 +34,11 @@ static void render_pixels(const struct model *model, const struct cached *cached
     int finished = 0;
 #pragma omp parallel for schedule(dynamic, 1)
     for (int y = 0; y < film->height; y++) {
+        struct shadow_memory memory; /* of the row: the same for any number of threads */
+        direct_forget(&memory);
         for (int x = 0; x < film->width; x++) {
             struct pixel *pixel = &film->pixels[y * film->width + x];
-            if (cached) cached_pixel(cached, x, y, pixel);
+            if (cached) cached_pixel(cached, x, y, &memory, pixel);
             else path_pixel(model, spp, seed, x, y, pixel);
         }
         int so_far;
