@@ -20,9 +20,9 @@ BURNISH = os.path.join(ROOT, "build", "burnish")
 PATCH, BLOCK = 24, 8  # pixels
 SAMPLES = 96
 TOLERANCE = .01  # of a patch's mean; of its blocks' CV, beyond noise
-# Stand-ins: rough Diffuse has the albedo of Cycles' for each viewer but not its shape (a note says so), microfibres are a
-# fit of Cycles' table, and what is scattered below the surface comes out where it went in (a note, too).
-WIDER = {"rough diffuse": .04, "sheen": .07, "subsurface": .025}
+# Stand-ins: microfibres are a fit of Cycles' table; what is scattered below the surface comes out where it went in, which
+# a note says.
+WIDER = {"sheen": .07, "subsurface": .025}
 FACES = 12  # along a patch's side
 
 
