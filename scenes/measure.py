@@ -95,7 +95,7 @@ class Measurements:
     def save(self, name, display):
         """Writes display values (height, width, 3) as a PNG; returns its name relative to the page."""
         file = f"pictures/{name}.png"
-        pictures.save(os.path.join(self.out, file), display)
+        pictures.write_png(os.path.join(self.out, file), display)
         return file
 
     def scene(self, name):

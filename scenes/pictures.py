@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures for the demo and the pages: EXR in and out as arrays, display values, FLIP, labelled strips."""
+import contextlib
 import glob
 import importlib.util
 import os
@@ -41,20 +42,27 @@ def read(path, layer="Combined", names="RGB"):
     return numpy.ascontiguousarray(picture.get_pixels(OpenImageIO.FLOAT)[:, :, channels])
 
 
+@contextlib.contextmanager
+def _whole(path):
+    """Gives a name to write to, which becomes path: a whole file or none."""
+    part = f"{path}.part{os.path.splitext(path)[1]}"
+    try:
+        yield part
+        os.replace(part, path)
+    finally:
+        if os.path.exists(part):
+            os.remove(part)
+
+
 def replace(path, out, layers):
-    """Copies an EXR, the R, G, B of some layers replaced: {"Combined": array, ...}. A whole file or none."""
+    """Copies an EXR, the R, G, B of some layers replaced: {"Combined": array, ...}."""
     picture = _open(path)
     pixels = picture.get_pixels(OpenImageIO.FLOAT)
     for layer, values in layers.items():
         pixels[:, :, _channels(path, picture, layer, "RGB")] = values
-    part = out + ".part.exr"
-    try:
+    with _whole(out) as part:
         if not picture.set_pixels(picture.roi, pixels) or not picture.write(part):
             raise PictureError(f"{out}: cannot be written: {picture.geterror()}")
-        os.replace(part, out)
-    finally:
-        if os.path.exists(part):
-            os.remove(part)
 
 
 def write_half(path, layers):
@@ -66,8 +74,15 @@ def write_half(path, layers):
     spec.attribute("DateTime", "1970:01:01 00:00:00")
     output = OpenImageIO.ImageOutput.create(path)
     pixels = numpy.ascontiguousarray(numpy.concatenate(list(layers.values()), axis=2), numpy.float32)
-    if not output or not output.open(path, spec) or not output.write_image(pixels) or not output.close():
-        raise PictureError(f"{path}: cannot be written: {OpenImageIO.geterror()}")
+    with _whole(path) as part:
+        if not output or not output.open(part, spec) or not output.write_image(pixels) or not output.close():
+            raise PictureError(f"{path}: cannot be written: {OpenImageIO.geterror()}")
+
+
+def write_png(path, shown):
+    """Writes display values (height, width, 3)."""
+    with _whole(path) as part:
+        Image.fromarray(numpy.uint8(numpy.round(255 * numpy.clip(numpy.nan_to_num(shown), 0, 1)))).save(part)
 
 
 def round_bits(pixels, seed, bits=8):
@@ -130,11 +145,6 @@ def beside_emitters(emission):
     return numpy.asarray(lit.filter(ImageFilter.MaxFilter(9))) == 0
 
 
-def save(path, shown):
-    """Writes display values (height, width, 3) as a PNG."""
-    Image.fromarray(numpy.uint8(numpy.round(255 * numpy.clip(numpy.nan_to_num(shown), 0, 1)))).save(path)
-
-
 def strip(path, panels):
     """Writes a PNG of panels side by side; each is (lines of text, display values as (height, width, 3))."""
     font = ImageFont.load_default(16)
@@ -148,4 +158,5 @@ def strip(path, panels):
         for i, line in enumerate(lines):
             draw.text((x + 4, 4 + 21 * i), line, "black", font)
         x += pixels.shape[1] + 4
-    out.save(path)
+    with _whole(path) as part:
+        out.save(part)

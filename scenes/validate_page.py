@@ -44,7 +44,7 @@ def draw(case, results):
     files = {}
     for method in case.halves:
         files[LABELS[method]] = method + ".png"
-        pictures.save(os.path.join(case.folder, method + ".png"), pictures.display(case.mean(method), stops))
+        pictures.write_png(os.path.join(case.folder, method + ".png"), pictures.display(case.mean(method), stops))
     rows = []
     for method, other in results:
         if method == other:
@@ -54,7 +54,7 @@ def draw(case, results):
         maps["flip"] = matplotlib.colormaps["magma"](pictures.flip_map(mean, truth, stops))[:, :, :3]
         maps["ratio"] = pictures.ratio_colour(block_ratio(mean, truth))
         for kind, shown in maps.items():
-            pictures.save(os.path.join(case.folder, f"{method}_{other}_{kind}.png"), shown)
+            pictures.write_png(os.path.join(case.folder, f"{method}_{other}_{kind}.png"), shown)
         rows.append([f"{LABELS[method]} against {LABELS[other]}"] +
                     [page.picture(f"{method}_{other}_{kind}.png", MAPS[kind], width=380) for kind in MAPS])
     return files, rows, stops

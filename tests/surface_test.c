@@ -197,7 +197,7 @@ static void light_from_a_texture(void **state)
     for (int i = 0; i < SAMPLES; i++) {
         float u[3] = {rng_float(&rng), rng_float(&rng), rng_float(&rng)};
         sampled += shade_direct(&model, &point, u, false).x / SAMPLES;
-        weighed += path_radiance(&model, &point, &rng).direct.x / SAMPLES;
+        weighed += path_radiance(&model, &point, NULL, &rng).direct.x / SAMPLES;
     }
     assert_float_equal(sampled / truth, 1, .01f);
     assert_float_equal(weighed / truth, 1, .01f);

@@ -119,7 +119,8 @@ def test_normal_map_and_bump(scene, export):
     image = bpy.data.images.new("Normals", 4, 4, is_data=True)
     image.pixels.foreach_set(np.random.default_rng(1).uniform(0.1, 0.9, 64).astype(np.float32))
     image.alpha_mode = "NONE"
-    for kind, entry, inputs in (("NormalMap", "Color", dict(Strength=0.5)), ("Bump", "Height", dict(Distance=-0.25))):
+    bumps = {"Distance": -0.25, "Filter Width": 1}
+    for kind, entry, inputs in (("NormalMap", "Color", dict(Strength=0.5)), ("Bump", "Height", bumps)):
         made, node, link = new_material(kind)
         new_plane(kind, made)
         bent, picture = node("ShaderNode" + kind, **inputs), node("ShaderNodeTexImage")
@@ -130,7 +131,8 @@ def test_normal_map_and_bump(scene, export):
         link(shader.outputs["BSDF"])
     exported = export()
     close(exported.material("NormalMap")["normal"], map=0, strength=0.5)
-    close(exported.material("Bump")["normal"], height=pytest.approx(1, abs=1), strength=1, distance=0.25, invert=True)
+    close(exported.material("Bump")["normal"], height=pytest.approx(1, abs=1), strength=1, distance=0.25, filter=1,
+          invert=True)
     assert not exported["notes"]
 
 
