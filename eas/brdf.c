@@ -111,24 +111,7 @@ float brdf_pass_chance(const struct brdf *brdf, float cos_o)
 {
     float through = average(brdf->through), rest = average(add(brdf->kd, brdf->kt));
     for (int i = 0; i < brdf->lobe_count; i++) rest += average(lobe_albedo(&brdf->lobes[i], maxf(cos_o, 0)));
-    return through > 0 ? through / (through + rest) : 0;
-}
-
-bool brdf_transmits(const struct brdf *brdf)
-{
-    if (!is_black(brdf->kt)) return true;
-    for (int i = 0; i < brdf->lobe_count; i++)
-        if (lobe_transmits(&brdf->lobes[i])) return true;
-    return false;
-}
-
-bool brdf_spreads(const struct brdf *brdf)
-{
-    const float clear = 1e-3f; /* alpha */
-    if (!is_black(brdf->kt)) return true;
-    for (int i = 0; i < brdf->lobe_count; i++)
-        if (lobe_transmits(&brdf->lobes[i]) && brdf->lobes[i].alpha_x > clear) return true;
-    return false;
+    return through / (through + rest);
 }
 
 void brdf_add(struct brdf *sum, const struct brdf *part, rgb weight)

@@ -241,8 +241,8 @@ def sky(scene):
     """Bright towards +x, blue below."""
     world = scene.world = bpy.data.worlds.new("Sky")
     world.use_nodes = True
-    image = bpy.data.images.new("Sky", 64, 32, float_buffer=True)
-    x, y = np.meshgrid(np.arange(64) / 64 * 2 * np.pi, np.arange(32) / 32)
+    image = bpy.data.images.new("Sky", 64, 512, float_buffer=True)
+    x, y = np.meshgrid(np.arange(64) / 64 * 2 * np.pi, np.arange(512) / 512)
     rgba = np.stack([1 - .8 * np.cos(x), .5 + y, 1.2 - .6 * y, np.ones_like(x)], axis=-1)
     image.pixels.foreach_set(rgba.astype(np.float32).ravel())
     texture = world.node_tree.nodes.new("ShaderNodeTexEnvironment")
