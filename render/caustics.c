@@ -12,10 +12,10 @@
 enum { CANDIDATES = 1 << 18, PHOTONS = 1 << 17, SEED_CAUSTICS = 601 };
 /* How much fewer points lie on triangles that aren't glossy in their middle: a texture may have it otherwise. */
 #define ELSEWHERE .05
-/* The estimate reaches so many pixels where a photon is in the median, and up to WIDER times that for ENOUGH photons, less
- * where there are PLENTY, by the median of PROBES places; half of it, and half again, where that still
- * has ENOUGH photons. COVER rays find whether there is surface all about, COVER_EDGE more how much, if not: the
- * reciprocal of few would be too large in the mean. */
+/* The estimate reaches so many pixels where a photon is in the median, and up to WIDER times that for ENOUGH photons,
+ * less where there are PLENTY, by the median of PROBES places; half of it, and half again, where that still has ENOUGH.
+ * COVER rays find whether there is surface all about, COVER_EDGE more how much, if not: the reciprocal of few would be
+ * too large in the mean. */
 #define REACH_PIXELS 10.0f
 #define WIDER 3.0f
 enum { HALVES = 3, ENOUGH = 100, PLENTY = 400, COVER = 8, COVER_EDGE = 32, PROBES = 256 };
