@@ -156,10 +156,12 @@ static void gather_row(const struct model *model, const struct diffuse_cache *ca
         if (dot(dir, place->ng) <= 0) continue;
         uint32_t first = row->terms.count;
         struct gathered light = gather(model, cache, (struct ray){place->origin, dir}, &rng, &row->terms);
-        row->constant = mad(row->constant, add(light.surface, light.mirrored), weight);
+        row->constant = mad(row->constant, gathered_diffuse(&light, cache), weight);
         for (uint32_t k = first; k < row->terms.count; k++)
             row->terms.terms[k].coefficient = scale(row->terms.terms[k].coefficient, weight);
     }
+    struct side above = {place->origin, place->n, place->ng};
+    row->constant = add(row->constant, caustics_irradiance(model, &cache->caustics, place->p, above, &rng));
 }
 
 /* e = constant + terms e, by Jacobi's iteration: each step is one more bounce. */
@@ -197,7 +199,9 @@ bool diffuse_cache_build(const struct model *model, uint64_t seed, struct progre
     rgb *e = NULL;
     bool ok = false;
     struct place *places = wanted_places(model, seed);
-    if (!places || !place_records(model, places, seed, &cache->zones, &origins)) goto done;
+    if (!places || !place_records(model, places, seed, &cache->zones, &origins) ||
+        !caustics_build(model, seed, &cache->caustics))
+        goto done;
     uint32_t count = cache->zones.count, finished = 0;
     rows = calloc(count + 1, sizeof *rows);
     e = malloc((count + 1) * sizeof *e);
@@ -231,6 +235,7 @@ done:
 void diffuse_cache_free(struct diffuse_cache *cache)
 {
     cache_free(&cache->zones);
+    caustics_free(&cache->caustics);
     free(cache->e);
     *cache = (struct diffuse_cache){0};
 }
@@ -273,5 +278,5 @@ double diffuse_cache_error(const struct model *model, const struct diffuse_cache
 
 size_t diffuse_cache_bytes(const struct diffuse_cache *cache)
 {
-    return cache_bytes(&cache->zones) + cache->zones.count * sizeof *cache->e;
+    return cache_bytes(&cache->zones) + caustics_bytes(&cache->caustics) + cache->zones.count * sizeof *cache->e;
 }

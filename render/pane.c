@@ -22,3 +22,14 @@ rgb pane_transmittance(const struct model *model, float3 origin, float3 dir, flo
     }
     return black;
 }
+
+void pane_transmittances(const struct model *model, const struct shadow_ray *rays, int count, rgb *through)
+{
+    if (count == 0) return;
+    bool occluded[count];
+    if (!model->panes) trace_shadows(model->trace, rays, count, occluded);
+    for (int i = 0; i < count; i++) {
+        if (model->panes) through[i] = pane_transmittance(model, rays[i].origin, rays[i].dir, rays[i].tfar);
+        else through[i] = occluded[i] ? vec3(0, 0, 0) : vec3(1, 1, 1);
+    }
+}

@@ -212,13 +212,11 @@ def everything(methods):
 
 def _scene(options, scene, results):
     methods = summarise(scene, results)
-    folder = os.path.join(options.out, "pictures")
 
-    def save(name, display):
-        file = f"{scene.name}_{name}.png"
-        pictures.Image.fromarray(numpy.uint8(numpy.round(255 * numpy.clip(display, 0, 1)))).save(
-            os.path.join(folder, file))
-        return f"pictures/{file}"
+    def save(name, shown):
+        file = f"pictures/{scene.name}_{name}.png"
+        pictures.write_png(os.path.join(options.out, file), shown)
+        return file
 
     chart(os.path.join(options.out, scene.name + ".png"), scene, methods)
     difference = run.compare(scene.halves["path"][0], scene.halves["cycles"], image2=scene.halves["path"][1])

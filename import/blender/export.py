@@ -14,6 +14,11 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
+import guard  # noqa: E402
+
+if __name__ == "__main__":
+    guard.enter("export.py")
+
 import bpy  # noqa: E402
 
 import camera  # noqa: E402
@@ -21,7 +26,7 @@ import geometry  # noqa: E402
 import world  # noqa: E402
 from bakery import Bakery  # noqa: E402
 from materials import Materials  # noqa: E402
-from openfile import FileError, open_file  # noqa: E402
+from openfile import FileError, leave, open_file  # noqa: E402
 from scenefile import SceneFile, SceneFileError  # noqa: E402
 from walk import Walk  # noqa: E402
 
@@ -167,17 +172,6 @@ def main():
     print("export: {objects} objects of {meshes} meshes, {materials} materials, {lights} lights, {images} images, "
           "{notes} notes".format(**counts), file=sys.stderr, flush=True)
     return 0
-
-
-def leave(status):
-    """Ends the program at once: Blender may hang while it is taken down, as after a driver that failed."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    try:
-        os.rmdir(bpy.app.tempdir)
-    except OSError:
-        pass  # Blender keeps something there
-    os._exit(status)
 
 
 if __name__ == "__main__":
