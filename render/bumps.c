@@ -69,6 +69,7 @@ static float3 raised(const struct textures *textures, const struct scene_normal 
 float3 bumps_normal(const struct textures *textures, const struct scene_normal *bumps,
                     const struct texture_place *place, const struct uv_axes *axes, float3 n, float step)
 {
-    if (bumps->type == NORMAL_MAP) return mapped(texture_lookup(textures, bumps->texture, place), bumps, place, axes, n);
+    if (bumps->type == NORMAL_MAP)
+        return mapped(texture_lookup(textures, bumps->texture, place), bumps, place, axes, n);
     return raised(textures, bumps, place, axes, n, step);
 }

@@ -196,13 +196,17 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
     const int lamps_count = count * SHADOW_RAYS;
     struct sequence place = sequence_draw(&rng, count), lamp = sequence_draw(&rng, lamps_count),
                     lobe = sequence_draw(&rng, count);
+    bool blurred = camera_has_lens(&cached->model->scene->camera);
+    struct sequence lens = {0};
+    if (blurred) lens = sequence_draw(&rng, count);
     float turn = rng_float(&rng);
     struct group groups[BATCH];
     int group_count = 0;
     for (int i = 0; i < count; i++) {
-        float2 jitter = sequence_point(place, i);
+        float2 jitter = sequence_point(place, i), on_lens = {0, 0};
+        if (blurred) on_lens = sequence_point(lens, i);
         struct point point;
-        if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, &rng, pixel, &point)) continue;
+        if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, on_lens, &rng, pixel, &point)) continue;
         /* The group has the lobes that are resolved. */
         int lobes = point.brdf.lobe_count, resolved = direct_sort(&point.brdf);
         point.brdf.lobe_count = resolved;

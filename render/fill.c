@@ -64,7 +64,7 @@ static void look(const struct model *model, const struct fill *fill, const struc
         int x = (int)pixel % camera->width, y = (int)pixel / camera->width;
         struct ray ray = camera_ray(camera, (float)x + .5f, (float)y + .5f);
         struct hit hit;
-        if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
+        if (!trace_camera(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
         shade_point(model, ray, &hit, &draft->point);
     } else if (!surfaces_point(&places->surfaces, place, &draft->point)) {
         return;

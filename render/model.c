@@ -83,7 +83,11 @@ static void place_objects(struct model *model, const struct demand *demands)
         const struct scene_object *object = &scene->objects[i];
         bool shared = demands[object->mesh].users > 1;
         model->objects[i] =
-            (struct trace_object){&model->triangles[object->mesh], {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, shared};
+            (struct trace_object){.triangles = &model->triangles[object->mesh],
+                                  .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                                  .instanced = shared,
+                                  .hidden = object->hidden,
+                                  .shadowless = object->shadowless};
         if (shared) memcpy(model->objects[i].transform, object->transform, sizeof object->transform);
     }
     for (int m = 0; m < scene->mesh_count; m++) model->triangle_count += model->triangles[m].triangle_count;

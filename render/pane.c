@@ -13,7 +13,7 @@ rgb pane_transmittance(const struct model *model, float3 origin, float3 dir, flo
     for (int i = 0; i < MOST_PANES; i++) {
         struct hit hit;
         struct point point;
-        if (!trace_closest(model->trace, origin, dir, tfar, &hit)) return passed;
+        if (!trace_caster(model->trace, origin, dir, tfar, &hit)) return passed;
         if (!shade_may_pass(model, &hit)) return black;
         shade_point(model, (struct ray){origin, dir}, &hit, &point);
         passed = mul(passed, point.brdf.through);

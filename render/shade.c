@@ -6,9 +6,6 @@
 #include "render/surface.h"
 #include "render/transform.h"
 
-/* Heights are compared over so many pixels: the Bump node's filter width. */
-#define BUMP_STEP .1f
-
 /* A normal whose mirror direction of wo stands at least this far above ng's horizon (or nearly as far as wo itself).
  * With n at angle a from ng in the plane of both, and wo at angle b there with length w, the mirror direction has the
  * component w cos(2a - b) along ng; the largest a that keeps it at t is (b + acos(t/w)) / 2. */
@@ -66,7 +63,7 @@ static void shade_material(const struct model *model, const struct scene_materia
     if (bent || surface_has_tangent(material)) axes = axes_at(model, hit);
     point->emission = surface_emission(textures, material, &place);
     if (bent) {
-        float step = BUMP_STEP * camera_pixel_width(&model->scene->camera, point->p);
+        float step = material->normal.filter * camera_pixel_width(&model->scene->camera, point->p);
         point->n = bumps_normal(textures, &material->normal, &place, &axes, point->n, step);
     }
     if (surface_is_glossy(material)) point->n = pull_normal(point->n, point->ng, point->wo);
@@ -140,7 +137,7 @@ static rgb direct_from(const struct model *model, const struct point *point, boo
     if (cos_i <= 0 || dot(side.ng, sample.wi) <= 0) return black;
     rgb f = brdf_eval_pdf(&point->brdf, point->n, point->wo, sample.wi, &pdf);
     if (is_black(f)) return black;
-    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.distance);
+    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.reach);
     float weight = mis && sample.pdf > 0 ? mis_weight(sample.pdf, pdf) : 1;
     return mul(mul(f, lit), scale(sample.weight, cos_i * weight));
 }

@@ -63,10 +63,10 @@ def cards(scene):
 
 CAMERAS = {
     "perspective": dict(lens=20, shift_x=0.1, shift_y=-0.05),
-    "round lens": dict(lens=24, dof=dict(aperture_fstop=0.05, focus_distance=3)),
-    "five blades": dict(lens=24, dof=dict(aperture_fstop=0.04, focus_distance=8, aperture_blades=5,
+    "round lens": dict(lens=24, dof=dict(aperture_fstop=0.03, focus_distance=1.2)),
+    "five blades": dict(lens=24, dof=dict(aperture_fstop=0.03, focus_distance=1.2, aperture_blades=5,
                                           aperture_rotation=0.3)),
-    "squeezed three blades": dict(lens=24, dof=dict(aperture_fstop=0.04, focus_distance=8, aperture_blades=3,
+    "squeezed three blades": dict(lens=24, dof=dict(aperture_fstop=0.03, focus_distance=1.2, aperture_blades=3,
                                                     aperture_ratio=2, aperture_rotation=-0.2)),
     "orthographic": dict(type="ORTHO", ortho_scale=7, shift_x=0.1, shift_y=-0.05, clip_start=0),
     "whole panorama": dict(type="PANO", panorama_type="EQUIRECTANGULAR"),
