@@ -108,6 +108,7 @@ struct scene_normal {
     enum normal_type type;
     int texture; /* an image or a checker */
     float strength, distance; /* HEIGHT: m */
+    float filter;             /* HEIGHT: pixels over which heights are compared */
     bool invert;              /* HEIGHT */
 };
 

@@ -9,7 +9,7 @@
 enum { SEED_PIXEL = 401, BATCH = 16 };
 
 /* Shadow rays a camera ray: to lamps (a power of two); under an environment alone, which comes from all sides. */
-enum { SHADOW_RAYS = 4, SKY_RAYS = 8 };
+enum { SHADOW_RAYS = 4, SKY_RAYS = 12 };
 
 /* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
@@ -74,12 +74,11 @@ static rgb record_colour(uint32_t record)
 }
 
 /* Light that bounced, and that of lamps where records hold it. */
-static rgb traced(const struct cached *cached, struct ray ray, struct rng *rng)
+static struct gathered traced(const struct cached *cached, struct ray ray, struct rng *rng)
 {
     const struct diffuse_cache *bounced = &cached->fill->bounced;
-    struct gathered light = cached->fill->options.lamps ? gather_all(cached->model, bounced, ray, rng)
-                                                        : gather(cached->model, bounced, ray, rng, NULL);
-    return add(light.surface, light.mirrored);
+    return cached->fill->options.lamps ? gather_all(cached->model, bounced, ray, rng)
+                                       : gather(cached->model, bounced, ray, rng, NULL);
 }
 
 /* Light of one lobe by a traced ray, u two numbers in [0, 1). *lamps, where it isn't NULL: what lamps send directly,
@@ -93,20 +92,30 @@ static rgb traced_lobe(const struct cached *cached, const struct point *point, c
     struct side side = shade_side(point, lobe_transmits(lobe));
     if (is_black(weight) || dot(wi, side.ng) <= 0) return vec3(0, 0, 0);
     struct ray ray = {side.origin, wi};
-    if (!lamps) return mul(weight, traced(cached, ray, rng));
-    struct gathered light = gather_specular(cached->model, &cached->fill->bounced, ray, side.n, pdf, rng, &lamp);
-    *lamps = add(*lamps, mul(weight, lamp));
+    struct gathered light =
+        lamps ? gather_specular(cached->model, &cached->fill->bounced, ray, side.n, pdf, rng, &lamp)
+              : traced(cached, ray, rng);
+    if (lamps) *lamps = add(*lamps, mul(weight, lamp));
     return mul(weight, add(light.surface, light.mirrored));
 }
 
-/* Bounced light of a diffuse part by a traced ray. */
+/* Bounced light of a diffuse part by a traced ray, photons apart. */
 static rgb traced_diffuse(const struct cached *cached, struct side side, rgb albedo, struct rng *rng)
 {
     if (is_black(albedo)) return albedo;
     float u[2] = {rng_float(rng), rng_float(rng)};
     float3 dir = cosine_direction(side.n, u);
     if (dot(dir, side.ng) <= 0) return vec3(0, 0, 0);
-    return mul(albedo, traced(cached, (struct ray){side.origin, dir}, rng));
+    struct gathered light = traced(cached, (struct ray){side.origin, dir}, rng);
+    return mul(albedo, gathered_diffuse(&light, &cached->fill->bounced));
+}
+
+/* What photons bring to a diffuse part. */
+static rgb caustic(const struct cached *cached, float3 p, struct side side, rgb albedo, struct rng *rng)
+{
+    if (is_black(albedo)) return albedo;
+    return scale(mul(albedo, caustics_irradiance(cached->model, &cached->fill->bounced.caustics, p, side, rng)),
+                 1 / PI);
 }
 
 /* Where the cache has nothing: the light of one ray for the diffuse part and each lobe. */
@@ -151,6 +160,8 @@ static void look_up(const struct cached *cached, const struct point *mean, float
     const struct record_cache *cache = glossy ? &cached->fill->glossy : &cached->fill->diffuse;
     struct cache_match matches[CACHE_MATCHES];
     int count = cache_find(&cache->zones, point.p, point.n, matches), best = 0;
+    rgb by_photons = caustic(cached, point.p, shade_side(&point, false), point.brdf.kd, rng);
+    pixel->indirect = mad(pixel->indirect, by_photons, samples);
     if (!count) {
         if (!glossy) point.brdf.lobe_count = 0; /* traced already */
         for (int i = 0; i < (int)samples; i++)
@@ -177,7 +188,8 @@ static void look_up(const struct cached *cached, const struct point *mean, float
 }
 
 /* Samples first .. first + count of a pixel. */
-static void add_batch(const struct cached *cached, int x, int y, int first, int count, struct pixel *pixel)
+static void add_batch(const struct cached *cached, int x, int y, int first, int count, struct shadow_memory *memory,
+                      struct pixel *pixel)
 {
     uint64_t index = (uint64_t)(y * cached->model->scene->camera.width + x);
     struct rng rng = rng_seed(cached->seed ^ (uint64_t)SEED_PIXEL << 32, index, (uint64_t)first);
@@ -218,8 +230,10 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         }
         pixel->direct = add(pixel->direct, lamps);
         if (is_black(point.brdf.kt)) continue;
-        rgb beyond = traced_diffuse(cached, shade_side(&point, true), point.brdf.kt, &rng);
-        pixel->indirect = add(pixel->indirect, beyond);
+        struct side beyond = shade_side(&point, true);
+        rgb bounced = traced_diffuse(cached, beyond, point.brdf.kt, &rng),
+            by_photons = caustic(cached, point.p, beyond, point.brdf.kt, &rng);
+        pixel->indirect = add(pixel->indirect, add(bounced, by_photons));
     }
     for (int i = 0; i < group_count; i++) {
         struct point point = group_mean(&groups[i]);
@@ -227,13 +241,13 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         int rays = cached->direct.sky ? SKY_RAYS : SHADOW_RAYS;
         look_up(cached, &point, samples, pixel, &rng);
         rgb light = direct_light(&cached->direct, &point, groups[i].averages, groups[i].origins, groups[i].count,
-                                 rays * groups[i].count, &rng);
+                                 rays * groups[i].count, memory, &rng);
         pixel->direct = mad(pixel->direct, light, samples);
     }
 }
 
-void cached_pixel(const struct cached *cached, int x, int y, struct pixel *pixel)
+void cached_pixel(const struct cached *cached, int x, int y, struct shadow_memory *memory, struct pixel *pixel)
 {
     for (int first = 0; first < cached->spp; first += BATCH)
-        add_batch(cached, x, y, first, cached->spp - first < BATCH ? cached->spp - first : BATCH, pixel);
+        add_batch(cached, x, y, first, cached->spp - first < BATCH ? cached->spp - first : BATCH, memory, pixel);
 }

@@ -24,7 +24,8 @@ struct cached {
 bool cached_prepare(const struct model *model, const struct fill *fill, int spp, uint64_t seed, struct cached *cached);
 void cached_free(struct cached *cached);
 
-/* Adds all samples of pixel (x, y). Any thread may call; the result depends on the arguments alone. */
-void cached_pixel(const struct cached *cached, int x, int y, struct pixel *pixel);
+/* Adds all samples of pixel (x, y). `memory`: direct_forget's, or what pixels beside it left. Any thread may call; the
+ * result depends on the arguments alone. */
+void cached_pixel(const struct cached *cached, int x, int y, struct shadow_memory *memory, struct pixel *pixel);
 
 #endif

@@ -8,22 +8,26 @@
 /* Runs of cells over the lamps (and their triangles), a square grid of places each. Four neighbouring runs are shifted
  * against each other so that they interleave to a grid twice as fine: midpoints of equal cells, which integrate a
  * smooth lobe far better than scattered points. */
-enum { RUNS = 8, SIDE = 6, CELLS = RUNS * SIDE * SIDE };
+enum { RUNS = 8, SIDE = 6, LAMP_CELLS = RUNS * SIDE * SIDE };
 
-/* An environment alone has the same cells everywhere. */
-enum { SKY_CELLS = 512 };
-#define MOST_CELLS SKY_CELLS /* of the two */
+enum { MOST_RAYS = 1024 }; /* shadow rays of a look-up */
 
-/* Shadow rays where light comes from one side of an edge. */
-enum { MOST_RAYS = 128, REFINE = 6 };
+/* Under a sky points whose light is bright get more of them, up to BRIGHT times as many, since it is their noise that a
+ * picture shows: by light over the sky's flux times DIM. */
+#define BRIGHT 6.0f
+#define DIM (1.0f / 32)
+
+/* A cell is in doubt once a shadow ray finds what the last one there didn't, until so many have found the same. The
+ * light of others gets this share of the rays. */
+enum { DOUBTS = 4 };
+#define CALM .2f
 
 /* Lobes narrower than this, rad, aren't resolved: n = 300. */
 #define LEAST_WIDTH .08f
+/* A smaller cell, sr, is a direction. */
+#define LEAST_CAP 1e-6f
 /* A lamp that fills more of what a point sees, sr, has cells that are too wide. */
 #define MOST_SOLID_ANGLE 1.0f
-
-/* Light that is as good as none, W/m2/sr: it has no reciprocal. */
-#define DARK 1e-20f
 
 bool direct_resolves(const struct lobe *lobe)
 {
@@ -53,14 +57,14 @@ bool direct_averages(const struct direct *direct, const struct point *point)
     return lights_widest(direct->model->lights, point->origin) < MOST_SOLID_ANGLE;
 }
 
-/* Part of the lamps, as a point sees it. */
-struct cell {
-    float3 wi;   /* unit, its mean direction */
-    float omega; /* solid angle, sr; 0: a point */
-    rgb weight;  /* radiance x omega, W/m2 before the cosine */
+/* Parts of the lamps, as a point sees them. */
+struct cells {
+    int count;
+    struct cap caps[DIRECT_CELLS]; /* omega 0: a point */
+    float flux[3][DIRECT_CELLS];   /* radiance x omega by channel, W/m2 before the cosine */
 };
 
-/* Cell i of CELLS by the light sample at the place (x, y) in it, .5 each: its middle. */
+/* Cell i of LAMP_CELLS by the light sample at the place (x, y) in it, .5 each: its middle. */
 static bool lamp_sample_in(const struct lights *lights, const struct point *point, int i, float x, float y,
                            struct light_sample *light)
 {
@@ -68,59 +72,145 @@ static bool lamp_sample_in(const struct lights *lights, const struct point *poin
     /* The runs' shifts interleave their middles; jittered places wrap within the run's square. */
     float v = ((float)row + y + (run & 1 ? .25f : -.25f)) / (float)SIDE,
           w = ((float)column + x + (run & 2 ? .25f : -.25f)) / (float)SIDE;
-    float u[3] = {((float)i + .5f) / (float)CELLS, v - floorf(v), w - floorf(w)};
+    float u[3] = {((float)i + .5f) / (float)LAMP_CELLS, v - floorf(v), w - floorf(w)};
     return lights_sample(lights, point->origin, point->n, u, light);
 }
 
-static struct cell lamp_cell(const struct lights *lights, const struct point *point, int i)
+static inline void set_channels(float channels[3][DIRECT_CELLS], int i, rgb value)
 {
-    struct light_sample light;
-    if (!lamp_sample_in(lights, point, i, .5f, .5f, &light)) return (struct cell){.omega = 0};
-    float omega = light.pdf > 0 ? minf(1 / (light.pdf * (float)CELLS), 2 * PI) : 0;
-    return (struct cell){light.wi, omega, scale(light.weight, 1 / (float)CELLS)};
+    channels[0][i] = value.x;
+    channels[1][i] = value.y;
+    channels[2][i] = value.z;
+}
+
+static void lamp_cells(const struct direct *direct, const struct point *point, struct cells *cells)
+{
+    cells->count = LAMP_CELLS;
+    for (int i = 0; i < LAMP_CELLS; i++) {
+        struct light_sample light;
+        bool any = lamp_sample_in(direct->model->lights, point, i, .5f, .5f, &light);
+        float omega = any && light.pdf > 0 ? minf(1 / (light.pdf * (float)LAMP_CELLS), 2 * PI) : 0;
+        any = any && (omega == 0 || !direct->points_only);
+        cells->caps[i] = (struct cap){any ? light.wi : point->n, omega};
+        rgb flux = any ? scale(light.weight, 1 / (float)LAMP_CELLS) : vec3(0, 0, 0);
+        set_channels(cells->flux, i, flux);
+    }
+}
+
+/* The cells about each: in the sky the nearest, of lamps those beside it. */
+static void find_neighbours(const struct cells *sky, uint16_t neighbours[DIRECT_CELLS][DIRECT_NEIGHBOURS])
+{
+    for (int i = 0; i < DIRECT_CELLS; i++) {
+        const int beside[DIRECT_NEIGHBOURS] = {i - 1, i + 1, i - SIDE, i + SIDE, i - SIDE * SIDE, i + SIDE * SIDE};
+        float cosines[DIRECT_NEIGHBOURS] = {-2, -2, -2, -2, -2, -2};
+        for (int k = 0; k < DIRECT_NEIGHBOURS; k++)
+            neighbours[i][k] = (uint16_t)(beside[k] >= 0 && beside[k] < DIRECT_CELLS ? beside[k] : i);
+        for (int j = 0; sky && i < sky->count && j < sky->count; j++) {
+            float cosine = j == i ? -2 : dot(sky->caps[i].axis, sky->caps[j].axis);
+            int at = DIRECT_NEIGHBOURS;
+            while (at > 0 && cosine > cosines[at - 1]) at--;
+            if (at == DIRECT_NEIGHBOURS) continue;
+            for (int k = DIRECT_NEIGHBOURS - 1; k > at; k--) {
+                cosines[k] = cosines[k - 1];
+                neighbours[i][k] = neighbours[i][k - 1];
+            }
+            cosines[at] = cosine;
+            neighbours[i][at] = (uint16_t)j;
+        }
+    }
+}
+
+/* The cells of an environment alone; sky->count 0: there are other lamps. False: no memory. */
+static bool find_sky(const struct model *model, struct cells *sky, float3 *places)
+{
+    struct environment_cell *cells = malloc(DIRECT_CELLS * sizeof *cells);
+    sky->count = cells ? lights_cells(model->lights, DIRECT_CELLS, cells, places) : -1;
+    for (int i = 0; i < sky->count; i++) {
+        /* The cap whose directions are spread as much: the mean cosine to its axis is 1 - omega/4pi. */
+        sky->caps[i] = (struct cap){cells[i].wi, 4 * PI * (1 - cells[i].spread)};
+        set_channels(sky->flux, i, cells[i].flux);
+    }
+    free(cells);
+    return sky->count >= 0;
 }
 
 bool direct_prepare(const struct model *model, const struct mean_brdf *tables, bool points_only, struct direct *direct)
 {
     *direct = (struct direct){.model = model, .tables = tables, .points_only = points_only};
     direct->idle = points_only && !lights_any_points(model->lights);
-    if (points_only) return true;
-    struct environment_cell *sky = malloc(SKY_CELLS * sizeof *sky);
-    direct->sky_count = sky ? lights_cells(model->lights, SKY_CELLS, sky) : -1;
-    if (direct->sky_count > 0) direct->sky = sky;
-    else free(sky);
-    return direct->sky_count >= 0;
+    if (direct->idle) return true;
+    direct->neighbours = malloc(DIRECT_CELLS * sizeof *direct->neighbours);
+    struct cells *sky = calloc(1, sizeof *sky);
+    float3 *places = malloc(DIRECT_CELLS * ENVIRONMENT_PLACES * sizeof *places);
+    bool ok = direct->neighbours && sky && places && (points_only || find_sky(model, sky, places));
+    if (ok && sky->count > 0) {
+        direct->sky = sky;
+        direct->places = places;
+        for (int i = 0; i < sky->count; i++)
+            direct->sky_flux += luminance(vec3(sky->flux[0][i], sky->flux[1][i], sky->flux[2][i]));
+    } else {
+        free(sky);
+        free(places);
+    }
+    if (ok) find_neighbours(direct->sky, direct->neighbours);
+    else direct_free(direct);
+    return ok;
 }
 
 void direct_free(struct direct *direct)
 {
+    free(direct->neighbours);
     free(direct->sky);
-    direct->sky = NULL;
+    free(direct->places);
+    *direct = (struct direct){0};
 }
 
-/* Adds to f_cos, one a cell, the mean over the cell of all lobes' f cos. */
-static void add_lobes(const struct brdf *brdf, const struct mean_lobe *lobes, const struct cell *cells, int count,
-                      rgb *f_cos)
+void direct_forget(struct shadow_memory *memory)
 {
-    struct cap caps[MOST_CELLS];
-    rgb values[MOST_CELLS];
-    for (int i = 0; i < count; i++) caps[i] = (struct cap){cells[i].wi, cells[i].omega};
-    for (int k = 0; k < brdf->lobe_count; k++) {
-        const struct mean_lobe *m = &lobes[k];
-        mean_lobe_caps(m, caps, count, values);
-        for (int i = 0; i < count; i++) {
-            if (caps[i].omega > 1e-6f) f_cos[i] = mad(f_cos[i], values[i], 1 / caps[i].omega);
-            else
-                f_cos[i] =
-                    mad(f_cos[i], lobe_eval(m->lobe, m->n, m->wo, caps[i].axis), maxf(dot(caps[i].axis, m->n), 0));
-        }
+    for (int i = 0; i < DIRECT_CELLS; i++) {
+        memory->doubt[i] = 1;
+        memory->lit[i] = true;
     }
 }
 
-static void prepare_lobes(const struct direct *direct, const struct point *point, struct mean_lobe lobes[BRDF_LOBES])
+/* What the point reflects of each cell unshadowed, by channel: the mean over the cell of f cos, of the diffuse part kd
+ * and, if `lobes`, of the lobes. */
+static void reflect_cells(const struct direct *direct, const struct point *point, rgb kd, bool lobes,
+                          const struct cells *cells, float light[3][DIRECT_CELLS])
 {
-    for (int i = 0; i < point->brdf.lobe_count; i++)
-        lobes[i] = mean_lobe(direct->tables, &point->brdf.lobes[i], point->n, point->wo);
+    const int count = cells->count;
+    const float3 n = point->n;
+    float f_cos[3][DIRECT_CELLS], per_omega[DIRECT_CELLS];
+    rgb values[DIRECT_CELLS];
+#pragma omp simd
+    for (int i = 0; i < count; i++) {
+        struct cap cap = cells->caps[i];
+        float cosine = maxf(cap.axis.x * n.x + cap.axis.y * n.y + cap.axis.z * n.z, 0);
+        float mean = (1 / PI) * cosine * (1 - cap.omega * (1 / (4 * PI)));
+        f_cos[0][i] = kd.x * mean;
+        f_cos[1][i] = kd.y * mean;
+        f_cos[2][i] = kd.z * mean;
+        per_omega[i] = cap.omega > LEAST_CAP ? 1 / cap.omega : 0;
+    }
+    for (int k = 0; lobes && k < point->brdf.lobe_count; k++) {
+        struct mean_lobe lobe = mean_lobe(direct->tables, &point->brdf.lobes[k], n, point->wo);
+        mean_lobe_caps(&lobe, cells->caps, count, values);
+#pragma omp simd
+        for (int i = 0; i < count; i++) {
+            f_cos[0][i] += values[i].x * per_omega[i];
+            f_cos[1][i] += values[i].y * per_omega[i];
+            f_cos[2][i] += values[i].z * per_omega[i];
+        }
+        for (int i = 0; i < count; i++) {
+            struct cap cap = cells->caps[i];
+            if (cap.omega > LEAST_CAP || dot(cap.axis, n) <= 0) continue;
+            rgb f = scale(lobe_eval(lobe.lobe, n, lobe.wo, cap.axis), dot(cap.axis, n));
+            set_channels(f_cos, i, add(vec3(f_cos[0][i], f_cos[1][i], f_cos[2][i]), f));
+        }
+    }
+    for (int c = 0; c < 3; c++)
+#pragma omp simd
+        for (int i = 0; i < count; i++) light[c][i] = f_cos[c][i] * cells->flux[c][i];
 }
 
 /* direct_sample on one side. */
@@ -157,128 +247,115 @@ rgb direct_sample(const struct direct *direct, const struct point *point, const 
     return brdf_spreads(brdf) ? add(sum, sample_side(direct, point, true, u, averaged)) : sum;
 }
 
+/* Alike points that look at cells; `point` is their mean. */
+struct look {
+    const struct direct *direct;
+    const struct point *point;
+    const float3 *origins;
+    int origin_count, cell_count;
+};
+
+/* Shadow ray k, to a place in cell i, `along` its light, in [0, 1). False: nothing arrives. */
+static bool aim(const struct look *look, int k, int i, float along, struct rng *rng, struct shadow_ray *ray)
+{
+    const struct direct *direct = look->direct;
+    const struct point *point = look->point;
+    float3 origin = look->origins[k % look->origin_count];
+    *ray = (struct shadow_ray){.origin = origin, .tfar = INFINITY};
+    if (direct->sky) {
+        ray->dir = direct->places[i * ENVIRONMENT_PLACES + (int)(along * ENVIRONMENT_PLACES)];
+    } else {
+        struct light_sample light;
+        if (!lamp_sample_in(direct->model->lights, point, i, along, rng_float(rng), &light) &&
+            !lamp_sample_in(direct->model->lights, point, i, .5f, .5f, &light))
+            return false;
+        /* Sampled from the mean point: the same place from this origin. */
+        float3 to = isinf(light.distance) ? light.wi : sub(mad(point->origin, light.wi, light.distance), origin);
+        ray->tfar = light.reach == 0 ? 0 : isinf(light.distance) ? INFINITY : length(to);
+        ray->dir = normalize(to);
+    }
+    return dot(ray->dir, point->ng) > 0;
+}
+
+/* What a shadow ray to cell i has found. */
+static void remember(const struct direct *direct, struct shadow_memory *memory, int i, bool lit)
+{
+    if (memory->lit[i] == lit) {
+        memory->doubt[i] -= memory->doubt[i] > 0;
+        return;
+    }
+    memory->lit[i] = lit;
+    memory->doubt[i] = DOUBTS;
+    for (int k = 0; k < DIRECT_NEIGHBOURS; k++) memory->doubt[direct->neighbours[i][k]] = DOUBTS;
+}
+
 static rgb ratio(rgb a, rgb b)
 {
     return vec3(b.x > 0 ? a.x / b.x : 0, b.y > 0 ? a.y / b.y : 0, b.z > 0 ? a.z / b.z : 0);
 }
 
-/* The share of light that comes through from a random place in cell i. */
-static rgb cell_lit(const struct direct *direct, const struct point *point, float3 origin, int i,
-                     const struct cell *cell, struct rng *rng)
+/* The light of some cells that comes through, by a shadow ray for each of equal strata of it. weights: luminance of
+ * each cell's light, 0 of those left out; sum: of the weights. */
+static rgb shadowed(const struct look *look, const float light[3][DIRECT_CELLS], const float *weights, float sum,
+                    int rays, struct shadow_memory *memory, struct rng *rng)
 {
-    float3 wi = cell->wi;
-    float distance = INFINITY, x = rng_float(rng), y = rng_float(rng);
-    if (direct->sky) { /* in a square as wide as the cell's cap: of the same second moment */
-        float half = .8660254f * sqrtf(cell->omega * (1 / PI));
-        struct frame frame = frame_about(wi);
-        wi = normalize(mad(mad(wi, frame.t, half * (2 * x - 1)), frame.b, half * (2 * y - 1)));
-    } else {
-        struct light_sample light;
-        if (!lamp_sample_in(direct->model->lights, point, i, x, y, &light) &&
-            !lamp_sample_in(direct->model->lights, point, i, .5f, .5f, &light))
-            return vec3(0, 0, 0);
-        /* Sampled from the mean point: the same place from this origin. */
-        float3 to = isinf(light.distance) ? light.wi : sub(mad(point->origin, light.wi, light.distance), origin);
-        distance = isinf(light.distance) ? INFINITY : length(to);
-        if (light.reach == 0) distance = 0;
-        wi = normalize(to);
-    }
-    return dot(wi, point->ng) > 0 ? pane_transmittance(direct->model, origin, wi, distance) : vec3(0, 0, 0);
-}
-
-/* The light of cells at a point of `origins` by turns, and the shadow rays that find what of it comes through. */
-struct shadow {
-    const struct direct *direct;
-    const struct point *point;
-    const float3 *origins;
-    int origin_count, cell_count;
-    const struct cell *cells;
-    const rgb *light;
-    const float *passed; /* luminance of the light of all cells before each */
-    struct rng *rng;
-};
-
-/* A shadow ray to where the light of all cells, in a row, has reached `at`, in cell `from` or later; its light is
- * counted with `weight`. */
-static bool probe(const struct shadow *s, float at, int from, int origin, float weight, rgb *asked, rgb *lit)
-{
-    while (from + 1 < s->cell_count && s->passed[from + 1] <= at) from++;
-    float own = luminance(s->light[from]);
-    if (own <= 0) return false; /* rounding: beyond the last */
-    rgb share = scale(s->light[from], weight / own);
-    rgb through = cell_lit(s->direct, s->point, s->origins[origin % s->origin_count], from, &s->cells[from], s->rng);
-    *asked = add(*asked, share);
-    *lit = add(*lit, mul(share, through));
-    return !is_black(through);
-}
-
-/* The share that comes through: a ray for each of `rays` equal strata of the light, whose sum is `sum`; where a
- * stratum's neighbours disagree, REFINE rays instead. Its own first ray has no say in that, which would bias the mean.
- */
-static rgb lit_share(const struct shadow *s, float sum, int rays)
-{
-    rgb asked[MOST_RAYS] = {{0}}, lit[MOST_RAYS] = {{0}}, asked_sum = {0}, lit_sum = {0};
-    bool through[MOST_RAYS];
-    float step = sum / (float)rays;
-    int count = 0, half = rays / 2, from[MOST_RAYS];
-    for (int k = 0, cell = 0; k < rays; k++) {
-        while (cell + 1 < s->cell_count && s->passed[cell + 1] <= (float)k * step) cell++;
-        from[k] = cell;
-    }
-    for (int i = 0; i < rays; i++) { /* every other stratum first; where those agree the rest would */
-        int k = i < half ? 2 * i + 1 : 2 * (i - half);
-        if (i == half && !s->direct->model->panes && (count == 0 || count == half)) return scale(vec3(1, 1, 1), count ? 1 : 0);
-        through[k] = probe(s, ((float)k + rng_float(s->rng)) * step, from[k], k, 1, &asked[k], &lit[k]);
-        count += through[k];
-    }
+    struct shadow_ray traced[MOST_RAYS];
+    rgb shares[MOST_RAYS], through[MOST_RAYS], asked = {0}, lit = {0};
+    int cells[MOST_RAYS], count = 0, cell = 0;
+    float step = sum / (float)rays, passed = 0;
     for (int k = 0; k < rays; k++) {
-        int near = 0, of = 0;
-        for (int j = k - 4; j <= k + 4; j++)
-            if (j != k && j >= 0 && j < rays) near += through[j], of++;
-        if (near != 0 && near != of) {
-            asked[k] = lit[k] = vec3(0, 0, 0);
-            for (int j = 0; j < REFINE; j++)
-                probe(s, ((float)k + ((float)j + rng_float(s->rng)) / REFINE) * step, from[k], k + j, 1.0f / REFINE,
-                      &asked[k], &lit[k]);
-        }
-        asked_sum = add(asked_sum, asked[k]);
-        lit_sum = add(lit_sum, lit[k]);
+        float at = ((float)k + rng_float(rng)) * step;
+        while (cell + 1 < look->cell_count && passed + weights[cell] <= at) passed += weights[cell++];
+        if (!(weights[cell] > 0)) break; /* rounding: beyond the last */
+        shares[count] = scale(vec3(light[0][cell], light[1][cell], light[2][cell]), step / weights[cell]);
+        asked = add(asked, shares[count]);
+        float along = clampf((at - passed) / weights[cell], 0, 0x1.fffffep-1f);
+        cells[count] = cell;
+        count += aim(look, k, cell, along, rng, &traced[count]);
     }
-    return ratio(lit_sum, asked_sum);
+    pane_transmittances(look->direct->model, traced, count, through);
+    for (int k = 0; k < count; k++) {
+        lit = add(lit, mul(shares[k], through[k]));
+        remember(look->direct, memory, cells[k], !is_black(through[k]));
+    }
+    float red = 0, green = 0, blue = 0;
+#pragma omp simd reduction(+ : red, green, blue)
+    for (int i = 0; i < look->cell_count; i++) {
+        red += weights[i] > 0 ? light[0][i] : 0;
+        green += weights[i] > 0 ? light[1][i] : 0;
+        blue += weights[i] > 0 ? light[2][i] : 0;
+    }
+    return mul(vec3(red, green, blue), ratio(lit, asked)); /* exact where all is lit */
 }
 
 rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins,
-                 int count, int rays, struct rng *rng)
+                 int count, int rays, struct shadow_memory *memory, struct rng *rng)
 {
-    struct mean_lobe lobes[BRDF_LOBES];
-    struct cell cells[MOST_CELLS];
-    rgb f_cos[MOST_CELLS], light[MOST_CELLS], total = {0},
-                                              diffuse = direct->sky ? scale(point->brdf.kd, 1 / PI) : vec3(0, 0, 0);
-    float sum = 0, passed[MOST_CELLS + 1];
-    int cell_count = direct->sky ? direct->sky_count : CELLS;
+    struct cells lamps;
+    const struct cells *cells = direct->sky ? direct->sky : &lamps;
+    float light[3][DIRECT_CELLS], weights[2][DIRECT_CELLS], calm = 0, doubtful = 0;
+    rgb diffuse = direct->sky ? point->brdf.kd : vec3(0, 0, 0), sum = {0};
     averages = averages && point->brdf.lobe_count > 0;
-    if (direct->idle || (!averages && is_black(diffuse))) return total;
-    prepare_lobes(direct, point, lobes);
-    for (int i = 0; i < cell_count; i++) {
-        f_cos[i] = vec3(0, 0, 0);
-        if (direct->sky) {
-            const struct environment_cell *sky = &direct->sky[i];
-            f_cos[i] = scale(diffuse, sky->spread * maxf(dot(sky->wi, point->n), 0));
-            /* The cap whose directions are spread as much: the mean cosine to its axis is 1 - omega/4pi. */
-            cells[i] = (struct cell){sky->wi, 4 * PI * (1 - sky->spread), sky->flux};
-        } else {
-            cells[i] = lamp_cell(direct->model->lights, point, i);
-            if (direct->points_only && cells[i].omega > 0) cells[i].weight = vec3(0, 0, 0);
-        }
+    if (direct->idle || (!averages && is_black(diffuse))) return sum;
+    if (!direct->sky) lamp_cells(direct, point, &lamps);
+    reflect_cells(direct, point, diffuse, averages, cells, light);
+#pragma omp simd reduction(+ : calm, doubtful)
+    for (int i = 0; i < cells->count; i++) {
+        float y = .2126f * light[0][i] + .7152f * light[1][i] + .0722f * light[2][i];
+        weights[0][i] = memory->doubt[i] ? 0 : y;
+        weights[1][i] = memory->doubt[i] ? y : 0;
+        calm += weights[0][i];
+        doubtful += weights[1][i];
     }
-    if (averages) add_lobes(&point->brdf, lobes, cells, cell_count, f_cos);
-    for (int i = 0; i < cell_count; i++) {
-        light[i] = mul(cells[i].weight, f_cos[i]);
-        passed[i] = sum;
-        total = add(total, light[i]);
-        sum += luminance(light[i]);
+    /* The doubt is of other pixels' rays: those of this one have no say in where they go, which would bias the mean. */
+    const struct look look = {direct, point, origins, count, cells->count};
+    float all = calm + doubtful, per_light = (float)rays / all;
+    if (direct->sky) per_light *= clampf(all / (DIM * direct->sky_flux), 1, BRIGHT);
+    for (int doubt = 0; doubt < 2; doubt++) {
+        float own = doubt ? doubtful : calm;
+        if (!(own > 0 && per_light < INFINITY)) continue; /* none, or too faint for its reciprocal */
+        int asked = (int)minf(ceilf(per_light * own * (doubt ? 1 : CALM)), MOST_RAYS);
+        sum = add(sum, shadowed(&look, light, weights[doubt], own, asked, memory, rng));
     }
-    if (sum <= 0) return total;
-    struct shadow shadow = {direct, point, origins, count, cell_count, cells, light, passed, rng};
-    return mul(total, lit_share(&shadow, sum, rays));
+    return sum;
 }

@@ -3,9 +3,10 @@
  *
  * The points of a pixel that are alike share one unshadowed integral over fixed cells of the lamps, a lobe averaged
  * over each cell's solid angle (the mean BRDF, eas/mean_brdf.h), so that plain light has no noise. Shadow rays then go
- * to cells chosen by what they bring to the integral; the share that comes through scales it, channel by channel. Under
- * an environment alone, whose cells are exact, the diffuse part is treated so, too; under other lamps it is sampled.
- * Lobes too narrow for the cells are sampled with MIS.
+ * to cells by what they bring to the integral, fewer to those that the pixel's neighbours have found all lit or all
+ * dark; the share that comes through scales it, channel by channel. Under an environment alone, whose cells are exact,
+ * the diffuse part is treated so, too; under other lamps it is sampled. Lobes too narrow for the cells are sampled with
+ * MIS.
  */
 #ifndef RENDER_DIRECT_H
 #define RENDER_DIRECT_H
@@ -14,14 +15,29 @@
 #include "render/rng.h"
 #include "render/shade.h"
 
+/* Cells that the integral is made of, at most; those about each that share its doubts. */
+enum { DIRECT_CELLS = 512, DIRECT_NEIGHBOURS = 6 };
+
 struct direct {
     const struct model *model;
     const struct mean_brdf *tables;
-    /* The cells where they are the same for all points: an environment and no other lamp. Else NULL. */
-    struct environment_cell *sky;
-    int sky_count;
-    bool points_only, idle; /* lamps that rays can hit are in the records; idle: there are no others */
+    /* Where an environment is the only lamp, its cells, the same for all points, and ENVIRONMENT_PLACES directions in
+     * each. Else NULL. */
+    struct cells *sky;
+    float3 *places;
+    float sky_flux;                            /* luminance, W/m2 on a surface that faces all of it */
+    uint16_t (*neighbours)[DIRECT_NEIGHBOURS]; /* of each cell */
+    bool points_only, idle;                    /* lamps that rays can hit are in the records; idle: there are no others */
 };
+
+/* What shadow rays to each cell have found from points near by: they go where that is in doubt. It changes the noise of
+ * the light, never its mean. */
+struct shadow_memory {
+    uint8_t doubt[DIRECT_CELLS]; /* how many more have to find the same */
+    bool lit[DIRECT_CELLS];      /* what the last one found */
+};
+
+void direct_forget(struct shadow_memory *memory);
 
 /* Borrows model and tables. points_only: leaves out all that a ray can hit. False: no memory. */
 bool direct_prepare(const struct model *model, const struct mean_brdf *tables, bool points_only, struct direct *direct);
@@ -44,8 +60,9 @@ bool direct_averages(const struct direct *direct, const struct point *point);
 rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged);
 
 /* The light of alike points at their mean, whose lobes are all resolved: under an environment alone the diffuse part,
- * and the lobes where `averages`. `origins`: where the points' rays start, `count` of them; `rays` shadow rays leave them in turn. */
+ * and the lobes where `averages`. `origins`: where the points' rays start, `count` of them; shadow rays leave them in
+ * turn, about `rays` where nothing is remembered, more where a sky's light is bright. */
 rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins,
-                 int count, int rays, struct rng *rng);
+                 int count, int rays, struct shadow_memory *memory, struct rng *rng);
 
 #endif

@@ -186,6 +186,7 @@ float environment_pdf(const struct environment *environment, float3 dir)
 
 /* A texel's strong light. */
 struct texel_flux {
+    int x, y;
     float3 dir;
     rgb flux;
 };
@@ -257,7 +258,37 @@ static int by_place(const void *a, const void *b)
     return (x->first > y->first) - (x->first < y->first);
 }
 
-int environment_cells(const struct environment *environment, int most, struct environment_cell *cells)
+/* Texels side by side into places side by side: halves of halves. The loop takes the larger half: few levels. */
+static void sort_texels(struct group group)
+{
+    while (group.count > 1) {
+        struct group other;
+        halve(&group, &other);
+        bool swap = other.count > group.count;
+        sort_texels(swap ? group : other);
+        if (swap) group = other;
+    }
+}
+
+/* Each place stands for as much light; those in one texel are spread over it. */
+static void find_places(const struct environment *e, const struct group *group, float3 places[ENVIRONMENT_PLACES])
+{
+    sort_texels(*group);
+    double sum = 0, step = 0, passed = 0;
+    for (size_t i = 0; i < group->count; i++) sum += luminance(group->first[i].flux);
+    step = sum / ENVIRONMENT_PLACES;
+    size_t i = 0;
+    for (int k = 0; k < ENVIRONMENT_PLACES; k++) {
+        double at = (k + .5) * step;
+        while (i + 1 < group->count && passed + luminance(group->first[i].flux) <= at)
+            passed += luminance(group->first[i++].flux);
+        float s = fmodf((float)k * .7548777f, 1), t = fmodf((float)k * .5698403f, 1); /* Roberts' R2 sequence */
+        places[k] = texel_direction(e, group->first[i].x, group->first[i].y, s, t);
+    }
+}
+
+int environment_cells(const struct environment *environment, int most, struct environment_cell *cells,
+                      float3 *places)
 {
     const struct environment *e = environment;
     if (!(e->strong_flux > 0)) return 0;
@@ -269,7 +300,7 @@ int environment_cells(const struct environment *environment, int most, struct en
     for (int y = 0; texels && groups && y < e->image->height; y++)
         for (int x = 0; x < e->image->width; x++) {
             if (!(cell_strength(e, x, y) > 0)) continue;
-            struct texel_flux t = {.dir = {0}};
+            struct texel_flux t = {.x = x, .y = y};
             for (int k = 0; k < SIDE * SIDE; k++) {
                 float3 dir =
                     texel_direction(e, x, y, ((float)(k % SIDE) + .5f) / SIDE, ((float)(k / SIDE) + .5f) / SIDE);
@@ -288,9 +319,11 @@ int environment_cells(const struct environment *environment, int most, struct en
         halve(&groups[worst], &groups[count++]);
     }
     if (count > 0) qsort(groups, (size_t)count, sizeof *groups, by_place);
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < count; i++) {
         cells[i] =
             (struct environment_cell){groups[i].flux, normalize(groups[i].mean), minf(length(groups[i].mean), 1)};
+        find_places(e, &groups[i], places + i * ENVIRONMENT_PLACES);
+    }
     bool ok = texels && groups;
     free(texels);
     free(groups);

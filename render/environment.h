@@ -41,8 +41,13 @@ struct environment_cell {
     float spread; /* length of the mean of its unit directions: 1 where it is small */
 };
 
+/* Directions in a cell, each for as much of its light (luminance). */
+enum { ENVIRONMENT_PLACES = 64 };
+
 /* The strong light in at most `most` compact cells, all of it: the cell that blurs most is halved until there are so
- * many. Cells that follow each other are mostly neighbours. Returns how many; -1 where memory runs out. */
-int environment_cells(const struct environment *environment, int most, struct environment_cell *cells);
+ * many. Cells that follow each other are mostly neighbours. places: ENVIRONMENT_PLACES a cell. Returns how many cells;
+ * -1 where memory runs out. */
+int environment_cells(const struct environment *environment, int most, struct environment_cell *cells,
+                      float3 *places);
 
 #endif

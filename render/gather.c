@@ -133,10 +133,12 @@ static void add_light(struct chain *chain, rgb light, bool own, float distance)
 }
 
 /* The same for lamps that the ray met: those of the first ray are told apart. */
-static void add_lamps(struct chain *chain, rgb light, bool own, float distance)
+static void add_lamps(struct chain *chain, rgb light, int depth, float distance)
 {
-    if (own && chain->lamps) *chain->lamps = add(*chain->lamps, light);
-    else if (!is_black(light)) add_light(chain, light, own, distance);
+    if (is_black(light)) return;
+    if (depth == 0 && chain->lamps) *chain->lamps = add(*chain->lamps, light);
+    else add_light(chain, light, depth == 0, distance);
+    if (depth == 1 && !chain->clear) chain->out->caustic = add(chain->out->caustic, light);
 }
 
 static void add_term(struct gather_terms *terms, uint32_t record, rgb coefficient)
@@ -208,6 +210,7 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
         if (!lamp_light(chain->model, point, i % sides, averages, chain->rng, &lamp)) continue;
         rgb share = scale(throughput, 1 / (float)shadow_rays);
         add_light(chain, mul(share, lamp.diffuse), own, before);
+        if (depth == 0 && i % sides == 0) chain->out->caustic = add(chain->out->caustic, mul(share, lamp.specular));
         add_light(chain, mul(share, lamp.specular), false,
                   depth == 0 ? image_distance(chain, before, lamp.distance) : before);
     }
@@ -261,7 +264,7 @@ static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb
                 rgb strong = lights_strong(model->lights, start, n, ray.dir, &strong_pdf);
                 lamps = mad(lamps, strong, mis_weight(pdf, strong_pdf));
             }
-            add_lamps(chain, mul(throughput, lamps), own, before);
+            add_lamps(chain, mul(throughput, lamps), depth, before);
             add_light(chain, mul(throughput, lights_rest(model->lights, ray.dir)), own, before);
             return;
         }
@@ -270,7 +273,7 @@ static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb
         if (pdf > 0 && !is_black(point.emission))
             lamps = mad(lamps, point.emission,
                         mis_weight(pdf, lights_pdf_hit(model->lights, start, n, ray.dir, &hit, point.ng)));
-        add_lamps(chain, mul(throughput, lamps), own, before);
+        add_lamps(chain, mul(throughput, lamps), depth, before);
         if (pane_pass(&point, chain->rng, &throughput)) {
             ray.origin = shade_origin(&point, ray.dir);
             travelled = hit.t;

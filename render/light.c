@@ -101,9 +101,9 @@ void lights_free(struct lights *lights)
 
 bool lights_environment(const struct lights *lights) { return lights->environment.strong_flux > 0; }
 
-int lights_cells(const struct lights *lights, int most, struct environment_cell *cells)
+int lights_cells(const struct lights *lights, int most, struct environment_cell *cells, float3 *places)
 {
-    return lights->count == 1 ? environment_cells(&lights->environment, most, cells) : 0;
+    return lights->count == 1 ? environment_cells(&lights->environment, most, cells, places) : 0;
 }
 
 /* Of a ball at distance d, or of a disc of this radius that is turned from p by `cosine`, whichever is less. */

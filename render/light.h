@@ -39,9 +39,9 @@ bool lights_any(const struct lights *lights);
 /* Whether the environment has a strong part: light that comes from many sides, and needs more shadow rays. */
 bool lights_environment(const struct lights *lights);
 
-/* Where all there is to sample is the environment: its strong light in at most `most` cells, the same for all points. 0
- * where there are other lights, -1 where memory runs out. */
-int lights_cells(const struct lights *lights, int most, struct environment_cell *cells);
+/* Where all there is to sample is the environment: its strong light in at most `most` cells, the same for all points,
+ * and places in them (environment_cells). 0 where there are other lights, -1 where memory runs out. */
+int lights_cells(const struct lights *lights, int most, struct environment_cell *cells, float3 *places);
 
 /* Whether some of them are points or single directions, which no ray can hit. */
 bool lights_any_points(const struct lights *lights);

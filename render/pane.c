@@ -23,14 +23,13 @@ rgb pane_transmittance(const struct model *model, float3 origin, float3 dir, flo
     return black;
 }
 
-bool pane_pass(const struct point *point, struct rng *rng, rgb *weight)
+void pane_transmittances(const struct model *model, const struct shadow_ray *rays, int count, rgb *through)
 {
-    float chance = brdf_pass_chance(&point->brdf, dot(point->n, point->wo));
-    if (chance == 0) return false;
-    if (rng_float(rng) < chance) {
-        *weight = mul(*weight, scale(point->brdf.through, 1 / chance));
-        return true;
+    if (count == 0) return;
+    bool occluded[count];
+    if (!model->panes) trace_shadows(model->trace, rays, count, occluded);
+    for (int i = 0; i < count; i++) {
+        if (model->panes) through[i] = pane_transmittance(model, rays[i].origin, rays[i].dir, rays[i].tfar);
+        else through[i] = occluded[i] ? vec3(0, 0, 0) : vec3(1, 1, 1);
     }
-    *weight = scale(*weight, 1 / (1 - chance));
-    return false;
 }

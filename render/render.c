@@ -34,9 +34,11 @@ static void render_pixels(const struct model *model, const struct cached *cached
     int finished = 0;
 #pragma omp parallel for schedule(dynamic, 1)
     for (int y = 0; y < film->height; y++) {
+        struct shadow_memory memory; /* of the row: the same for any number of threads */
+        direct_forget(&memory);
         for (int x = 0; x < film->width; x++) {
             struct pixel *pixel = &film->pixels[y * film->width + x];
-            if (cached) cached_pixel(cached, x, y, pixel);
+            if (cached) cached_pixel(cached, x, y, &memory, pixel);
             else path_pixel(model, spp, seed, x, y, pixel);
         }
         int so_far;

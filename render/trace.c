@@ -181,6 +181,37 @@ bool trace_occluded(const struct trace *trace, float3 origin, float3 dir, float 
     return ray.tfar < 0;
 }
 
+void trace_shadows(const struct trace *trace, const struct shadow_ray *rays, int count, bool *occluded)
+{
+    enum { PACKET = 16 };
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    trace->counters[omp_get_thread_num() & (COUNTERS - 1)].rays += (uint64_t)count;
+    for (int first = 0; first < count; first += PACKET) {
+        const struct shadow_ray *r = rays + first;
+        struct RTCRay16 packet;
+        _Alignas(64) int valid[PACKET];
+        int last = count - first - 1;
+        for (int i = 0; i < PACKET; i++) {
+            int k = i < last ? i : last;
+            valid[i] = i <= last ? -1 : 0;
+            packet.org_x[i] = r[k].origin.x;
+            packet.org_y[i] = r[k].origin.y;
+            packet.org_z[i] = r[k].origin.z;
+            packet.dir_x[i] = r[k].dir.x;
+            packet.dir_y[i] = r[k].dir.y;
+            packet.dir_z[i] = r[k].dir.z;
+            packet.tnear[i] = packet.time[i] = 0;
+            packet.tfar[i] = r[k].tfar;
+            packet.mask[i] = RAY_SHADOW;
+            packet.flags[i] = 0;
+        }
+        rtcOccluded16(valid, trace->scene, &context, &packet);
+        for (int i = 0; i < PACKET && first + i < count; i++) occluded[first + i] = packet.tfar[i] < 0;
+    }
+}
+
 /* One coordinate, moved by 64 ulps along n (a quarter of the chapter's: of random triangles up to 50 m, instanced ones
  * too, at most 1e-4 of the rays still hit their own); near the origin, where ulps vanish, by n / 2^18. */
 static inline float offset_coordinate(float p, float n)

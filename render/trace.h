@@ -44,6 +44,15 @@ bool trace_caster(const struct trace *trace, float3 origin, float3 dir, float tf
 /* Whether anything that casts a shadow lies in (0, tfar). */
 bool trace_occluded(const struct trace *trace, float3 origin, float3 dir, float tfar);
 
+/* A ray that asks for no more than whether anything lies in (0, tfar). */
+struct shadow_ray {
+    float3 origin, dir;
+    float tfar;
+};
+
+/* trace_occluded for each of many rays, which cost far less together where neighbours in the array lie close. */
+void trace_shadows(const struct trace *trace, const struct shadow_ray *rays, int count, bool *occluded);
+
 /* p moved off its surface along the geometric normal ng (on the side where the ray leaves) by a few of its own ulps.
  * Wächter and Binder, Ray Tracing Gems, chapter 6. */
 float3 trace_offset(float3 p, float3 ng);

@@ -95,8 +95,7 @@ class Measurements:
     def save(self, name, display):
         """Writes display values (height, width, 3) as a PNG; returns its name relative to the page."""
         file = f"pictures/{name}.png"
-        pixels = numpy.uint8(numpy.round(255 * numpy.clip(display, 0, 1)))
-        pictures.Image.fromarray(pixels).save(os.path.join(self.out, file))
+        pictures.write_png(os.path.join(self.out, file), display)
         return file
 
     def scene(self, name):

@@ -57,8 +57,10 @@ def parse_options():
     parser.add_argument("--shrink", type=int, default=1, metavar="N",
                         help="pictures of 1/N the width and height, for a quick look; the numbers are then others")
     options = parser.parse_args()
-    if not os.path.exists(run.blend(options.scene)):
-        parser.error(f"found the scene '{options.scene}', expected a folder of scenes/ with a .blend")
+    try:
+        run.blend(options.scene)
+    except run.Failure as failure:
+        parser.error(failure.sentence)
     if min(options.threads, options.spp, options.reference, options.cycles, options.shrink) < 1:
         parser.error("--threads, --spp, --reference, --cycles, --shrink: expected 1 or more")
     return options

@@ -45,10 +45,12 @@ static struct point floor_point(const struct model *model, float3 eye, float3 at
     return point;
 }
 
-/* The light of a pixel's 16 samples, all at one point. */
-static float rendered(const struct model *model, const struct mean_brdf *tables, const struct point *point,
-                      uint64_t seed)
+/* The light of a pixel's 16 samples, all at one point. memory: NULL or what the seeds before have left. */
+static float rendered_after(const struct model *model, const struct mean_brdf *tables, const struct point *point,
+                            uint64_t seed, struct shadow_memory *memory)
 {
+    struct shadow_memory none;
+    direct_forget(&none);
     struct direct direct;
     assert_true(direct_prepare(model, tables, false, &direct));
     struct rng rng = rng_seed(seed, 0, 0);
@@ -62,9 +64,15 @@ static float rendered(const struct model *model, const struct mean_brdf *tables,
         float u[3] = {((float)i + rng_float(&rng)) / 16, on_lamp.x, on_lamp.y};
         sum = mad(sum, direct_sample(&direct, point, u, averages ? wide.brdf.lobe_count : 0), 1.0f / 16);
     }
-    sum = add(sum, direct_light(&direct, &wide, averages, &point->origin, 1, 16, &rng));
+    sum = add(sum, direct_light(&direct, &wide, averages, &point->origin, 1, 64, memory ? memory : &none, &rng));
     direct_free(&direct);
     return sum.x;
+}
+
+static float rendered(const struct model *model, const struct mean_brdf *tables, const struct point *point,
+                      uint64_t seed)
+{
+    return rendered_after(model, tables, point, seed, NULL);
 }
 
 /* Without shadows lobes have no noise: every seed within 1.5 % of quadrature and .0005 of the peak. */
@@ -91,9 +99,45 @@ static void half_shadowed(void **state)
     struct model model = build(s);
     struct point point = floor_point(&model, vec3(-1.5f, 0, 1.4f), vec3(0, 0, 0));
     float truth = (float)quadrature(&point, 0), sum = 0;
-    for (uint64_t seed = 0; seed < 400; seed++) sum += rendered(&model, *state, &point, seed) / 400;
+    struct shadow_memory memory;
+    direct_forget(&memory);
+    for (uint64_t seed = 0; seed < 400; seed++)
+        sum += rendered_after(&model, *state, &point, seed, &memory) / 400;
     assert_float_equal(sum, truth, .02f * truth);
     end(s, &model);
+}
+
+/* A floor under a sky with one bright spot, a wall before some of it or not, by many pixels whose shadow rays remember
+ * what those before have found, or start anew: mean light, and rays. */
+static float under_sky(const struct mean_brdf *tables, bool wall, bool remembers, uint64_t *rays)
+{
+    enum { PIXELS = 3000 };
+    struct stage *s = new_stage();
+    add_quad(s, vec3(0, 0, 0), vec3(4, 0, 0), vec3(0, 4, 0), grey(.5f, 0, 0, 0));
+    if (wall) add_quad(s, vec3(2, -2.25f, 0), vec3(0, 2, 0), vec3(0, 0, 4), grey(0, 0, 0, 0));
+    add_sky(s);
+    struct model model = build(s);
+    struct point point = floor_point(&model, vec3(.5f, -2, 1.4f), vec3(.5f, 0, 0));
+    struct shadow_memory memory;
+    direct_forget(&memory);
+    double sum = 0;
+    for (uint64_t seed = 0; seed < PIXELS; seed++)
+        sum += (double)rendered_after(&model, tables, &point, seed, remembers ? &memory : NULL) / PIXELS;
+    *rays = trace_rays(model.trace);
+    end(s, &model);
+    return (float)sum;
+}
+
+/* What shadow rays remember changes where the next go and how many, not their mean, here within .4 % (4 sigma). */
+static void remembered(void **state)
+{
+    uint64_t anew, after;
+    float whole = under_sky(*state, false, false, &anew);
+    assert_float_equal(under_sky(*state, false, true, &after), whole, 1e-5f * whole);
+    assert_true(after < anew / 4);
+    float part = under_sky(*state, true, false, &anew);
+    assert_true(part > .6f * whole && part < .9f * whole);
+    assert_float_equal(under_sky(*state, true, true, &after), part, .004f * part);
 }
 
 /* A lobe too narrow for the cells: the share left to light sampling is the MIS-weighted one, so less than all. */
@@ -163,8 +207,12 @@ static int teardown(void **state) { return mean_brdf_free(*state), 0; }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(unshadowed),     cmocka_unit_test(half_shadowed),
-                                       cmocka_unit_test(unresolved),     cmocka_unit_test(faint),
-                                       cmocka_unit_test(closed_emitter), cmocka_unit_test(sequences_are_stratified)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(unshadowed),
+                                       cmocka_unit_test(half_shadowed),
+                                       cmocka_unit_test(remembered),
+                                       cmocka_unit_test(unresolved),
+                                       cmocka_unit_test(faint),
+                                       cmocka_unit_test(closed_emitter),
+                                       cmocka_unit_test(sequences_are_stratified)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }

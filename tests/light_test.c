@@ -315,7 +315,7 @@ static void environment_split(void **state)
 }
 
 /* The strong light in cells: all of it, and what it sends to surfaces at any tilt, against quadrature. One cell an
- * eighth of the sphere's size would be 5 % off at some. */
+ * eighth of the sphere's size would be 5 % off at some. The same by the places in the cells, each with its share. */
 static void environment_in_cells(void **state)
 {
     (void)state;
@@ -330,7 +330,8 @@ static void environment_in_cells(void **state)
     scene.world = (struct scene_world){{2, 2, 2}, 0, {0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0}};
     assert_true(environment_build(&scene.world, &textures, &e));
     struct environment_cell cells[CELLS];
-    int count = environment_cells(&e, CELLS, cells);
+    float3 places[CELLS * ENVIRONMENT_PLACES];
+    int count = environment_cells(&e, CELLS, cells, places);
     assert_true(count > 20 && count <= CELLS);
     float exact[TILTS] = {0}, largest = 0;
     for (int i = 0; i < DIRECTIONS; i++) {
@@ -340,10 +341,15 @@ static void environment_in_cells(void **state)
     }
     for (int k = 0; k < TILTS; k++) largest = maxf(largest, exact[k]);
     for (int k = 0; k < TILTS; k++) {
-        float sum = 0;
-        for (int i = 0; i < count; i++)
+        float sum = 0, by_places = 0;
+        for (int i = 0; i < count; i++) {
             sum += cells[i].flux.y * cells[i].spread * maxf(dot(sphere_direction(k, TILTS), cells[i].wi), 0);
+            for (int j = 0; j < ENVIRONMENT_PLACES; j++)
+                by_places += cells[i].flux.y / ENVIRONMENT_PLACES *
+                             maxf(dot(sphere_direction(k, TILTS), places[i * ENVIRONMENT_PLACES + j]), 0);
+        }
         assert_float_equal(sum / largest, exact[k] / largest, .01f);
+        assert_float_equal(by_places / largest, exact[k] / largest, .02f); /* texels are wide */
     }
     environment_free(&e);
 }

@@ -156,7 +156,7 @@ static void reads_the_example(void **state)
     assert_true(foil[1].type == CLOSURE_SHEEN && !foil[1].front && foil[1].back && foil[1].roughness.value == .5f);
     const struct scene_normal *bumps = &s.materials[4].normal;
     assert_true(bumps->type == NORMAL_HEIGHT && bumps->texture == 2 && bumps->strength == 1);
-    assert_true(bumps->distance == .01f && bumps->invert && s.materials[4].emission.texture == 0);
+    assert_true(bumps->distance == .01f && bumps->filter == 1 && bumps->invert && s.materials[4].emission.texture == 0);
     assert_int_equal(s.materials[5].closure_count, 4);
     assert_true(pane[0].type == CLOSURE_GLASS && pane[0].distribution == CLOSURE_MULTI_GGX);
     assert_true(pane[0].ior.value == 1.45f && pane[0].weight.value[0] == .5f);

@@ -9,7 +9,8 @@ import pytest
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOLDERS = ("import", "eas", "render", "scenes", "tests")
 SOURCE = (".c", ".h", ".cpp", ".py")
-SCRIPTS = ("tests/run", "scenes/setup", "scenes/demo", "scenes/paper", "scenes/chart", "scenes/sweep", "scenes/scale")
+SCRIPTS = ("tests/run", "scenes/setup", "scenes/demo", "scenes/paper", "scenes/chart", "scenes/sweep", "scenes/scale",
+           "scenes/validate", "scenes/dragon/fetch")
 
 
 def sources(*folders, endings=SOURCE):

@@ -38,7 +38,7 @@ class Studio:
         self.scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         self.scene.render.engine = "CYCLES"
         self.scene.cycles.samples, self.scene.cycles.use_adaptive_sampling = SAMPLES, False
-        self.scene.cycles.use_denoising = False
+        self.scene.cycles.use_denoising, self.scene.cycles.max_bounces = False, 0
         self.blank = bpy.data.materials.new("burnish bake")
 
     def __enter__(self):
@@ -155,27 +155,40 @@ class Baker:
         """The Value that an input takes, or of an output."""
         key = (ref.socket.as_pointer(), *(group.as_pointer() for group in ref.groups))
         if key not in self.known:
-            self.known[key] = self.picture("EMIT", ref)
+            self.known[key] = Value(self.picture("EMIT", lambda material: shine(material, ref)), LAID)
         return self.known[key]
 
     def normal(self):
         """The tangent-space normals that the material bends the mesh's to."""
-        return self.picture("NORMAL", None)
+        return Value(self.picture("NORMAL", lambda material: []), LAID)
 
-    def picture(self, kind, ref):
+    def turn(self, tangent):
+        """The turns, 0 .. 0.5, about the normal from increasing u to what an input Tangent takes, linked or not."""
+        def linked(material):
+            if tangent.socket.is_linked:
+                return shine(material, tangent, vector=True)
+            return show(material, "ShaderNodeNewGeometry", "Tangent")
+        t, along, n = (self.picture("EMIT", vector) * 2 - 1 for vector in (
+            linked, lambda material: show(material, "ShaderNodeTangent", "Tangent"),
+            lambda material: show(material, "ShaderNodeNewGeometry", "Normal")))
+        angle = np.arctan2((t * np.cross(n, along)).sum(axis=-1), (t * along).sum(axis=-1))
+        turns = np.nan_to_num(angle / (2 * np.pi)) % 0.5  # the lobe is the same half a turn on
+        return Value(np.repeat(turns[..., None], 3, axis=-1), LAID | {"interpolation": "closest"})
+
+    def picture(self, kind, prepare):
+        """RGB of a bake; prepare(material) makes the material ready and returns the node groups that it added."""
         model, studio = self.model, self.model.studio
         image = bpy.data.images.new("burnish bake", *self.size, float_buffer=True, is_data=True)
         material = model.materials[self.slot].copy()
         groups = []
         try:
-            if ref is not None:
-                groups = shine(material, ref)
+            groups = prepare(material)
             target = material.node_tree.nodes.new("ShaderNodeTexImage")
             target.image = image
             material.node_tree.nodes.active = target
             model.mesh.materials[self.slot] = material
             studio.bake(model.object, image, kind)
-            return Value(np.nan_to_num(textures.raw_pixels(image)[..., :3], posinf=0, neginf=0), LAID)
+            return np.nan_to_num(textures.raw_pixels(image)[..., :3], posinf=0, neginf=0)
         finally:
             model.mesh.materials[self.slot] = studio.blank
             bpy.data.materials.remove(material)
@@ -184,7 +197,7 @@ class Baker:
             bpy.data.images.remove(image)
 
 
-def shine(material, ref):
+def shine(material, ref, vector=False):
     """Makes a material emit what a socket of its tree holds; returns the copies of node groups that this took."""
     trees, inner = [material.node_tree], []
     for group in ref.groups:
@@ -211,15 +224,35 @@ def shine(material, ref):
     for tree in trees:
         for node in [n for n in tree.nodes if n.bl_idname in VIEWER]:
             forget_viewer(tree, node)
+    emit(material, socket, vector)
+    return trees[1:]
+
+
+def show(material, kind, output):
+    """Makes a material emit what a new node of its tree gives, a vector."""
+    node = material.node_tree.nodes.new(kind)
+    if kind == "ShaderNodeTangent":
+        node.direction_type, node.uv_map = "UV_MAP", UV_LAYER
+    emit(material, node.outputs[output], vector=True)
+    return []
+
+
+def emit(material, socket, vector):
+    """Makes a material emit a socket and do nothing else; of a vector -1 .. 1 as 0 .. 1."""
     tree = material.node_tree
     output = tree.get_output_node("CYCLES")
     for entry in output.inputs:
         for link in list(entry.links):
             tree.links.remove(link)
+    if vector:
+        positive = tree.nodes.new("ShaderNodeVectorMath")
+        positive.operation = "MULTIPLY_ADD"
+        positive.inputs[1].default_value = positive.inputs[2].default_value = (0.5, 0.5, 0.5)
+        tree.links.new(socket, positive.inputs[0])
+        socket = positive.outputs[0]
     emission = tree.nodes.new("ShaderNodeEmission")
     tree.links.new(socket, emission.inputs["Color"])
     tree.links.new(emission.outputs["Emission"], output.inputs["Surface"])
-    return trees[1:]
 
 
 def forget_viewer(tree, node):

@@ -6,7 +6,6 @@
 import numpy as np
 
 import nodes
-from colournodes import COSINES, by_angle
 from textures import Value, combine
 
 BLACK, WHITE, GREY_8 = Value([0, 0, 0]), Value([1, 1, 1]), Value([0.8] * 3)
@@ -31,8 +30,6 @@ def closures(inputs, ref):
         return []
     if node.bl_idname == "ShaderNodeBsdfPrincipled":
         return principled(inputs, ref)
-    if node.bl_idname == "ShaderNodeBsdfDiffuse":
-        return diffuse(inputs, ref)
     return [(KNOWN.get(node.bl_idname, nearest)(inputs, ref), None)]
 
 
@@ -45,26 +42,7 @@ def phong(inputs, ref):
 
 
 def diffuse(inputs, ref):
-    """A rough one is plain with the albedo that it has for each viewer's angle: exact under even light."""
-    closure = {"type": "diffuse", **fields(inputs, ref, colour="Color")}
-    roughness = inputs.surface(ref.input("Roughness"))
-    if roughness.constant and roughness.data[0] <= 0:
-        return [(closure, None)]
-    inputs.note("rough Diffuse is a plain one, as bright by the viewer's angle", nodes.name(ref))
-    roughness, colour = float(roughness.mean()[0]), closure["colour"].mean()
-    return [(closure, by_angle(*[oren_nayar(min(roughness, 1), colour.clip(0, 1))] * 2))]
-
-
-def oren_nayar(sigma, colour):
-    """Reflected share over the colour at COSINES, (n, 3) (bsdf_oren_nayar.h of Cycles)."""
-    a = 1 / (np.pi + sigma * (np.pi / 2 - 2 / 3))
-    sine = np.sqrt(1 - COSINES**2)
-    tangent = np.divide(sine, COSINES, out=np.zeros_like(sine), where=COSINES > 0)
-    g = sine * (np.arccos(COSINES) - 2 / 3 - sine * COSINES) + 2 / 3 * tangent * (1 - sine**3)
-    g[COSINES == 0] = np.pi / 2 - 2 / 3
-    once = (a * (np.pi + sigma * g))[:, None]
-    mean = a * (np.pi + sigma * (2 * np.pi - 5.6) / 3)
-    return once + (1 - once) * colour * mean / (1 - colour * (1 - mean))
+    return {"type": "diffuse", **fields(inputs, ref, colour="Color"), **optional(inputs, ref, roughness="Roughness")}
 
 
 def glossy(inputs, ref):
@@ -173,15 +151,24 @@ def optional(inputs, ref, **names):
 
 
 def anisotropy(inputs, ref, amount, rotation):
+    """The format's tangent is that of the UV map, Cycles' is about the object's axis where none is linked."""
     found = optional(inputs, ref, anisotropy=amount)
-    if found:
-        found |= optional(inputs, ref, rotation=rotation)
-        if nodes.source(ref.input("Tangent")).socket.is_output:
-            inputs.note("the linked tangent is replaced by that of the UV map", nodes.name(ref))
+    if not found:
+        return {}
+    found |= optional(inputs, ref, rotation=rotation)
+    tangent = ref.input("Tangent")
+    node = nodes.source(tangent).node
+    if inputs.baker is not None:
+        turn = inputs.baker.turn(tangent)
+        return found | {"rotation": Value(turn.data + found.get("rotation", BLACK).data, turn.placement)}
+    if node.bl_idname == "ShaderNodeTangent" and node.direction_type == "UV_MAP":
+        inputs.uv_map(node.uv_map, ref)
+    else:
+        inputs.simplified("the tangent is replaced by that of the UV map", nodes.name(ref))
     return found
 
 
-KNOWN = {"ShaderNodeBsdfMetallic": metallic, "ShaderNodeBsdfSheen": sheen,
+KNOWN = {"ShaderNodeBsdfDiffuse": diffuse, "ShaderNodeBsdfMetallic": metallic, "ShaderNodeBsdfSheen": sheen,
          "ShaderNodeBsdfGlass": glass, "ShaderNodeBsdfRefraction": refraction,
          "ShaderNodeBsdfTranslucent": translucent, "ShaderNodeBsdfTransparent": transparent,
          **dict.fromkeys(GLOSSY, glossy)}

@@ -122,6 +122,8 @@ def open_scene(bpy, path):
     scene = bpy.context.scene
     if scene.camera is None:
         fail(f"{path}: the scene {scene.name!r} has no camera")
+    if scene.camera.type != "CAMERA":
+        fail(f"{path}: {scene.camera.name!r}: is no camera, but the scene's camera")
     if not any(layer.use for layer in scene.view_layers):
         fail(f"{path}: the scene {scene.name!r} has no view layer that is rendered")
     for image in bpy.data.images:
@@ -210,6 +212,8 @@ def main():
             file.write("\n")
     print(f"{options.output}: {options.spp} samples a pixel, {cpu:.2f} CPU s, {wall:.2f} wall s, "
           f"{options.threads} threads")
+    from openfile import leave
+    leave(0)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,11 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
+import guard  # noqa: E402
+
+if __name__ == "__main__":
+    guard.enter("export.py")
+
 import bpy  # noqa: E402
 
 import camera  # noqa: E402
@@ -21,7 +26,7 @@ import geometry  # noqa: E402
 import world  # noqa: E402
 from bakery import Bakery  # noqa: E402
 from materials import Materials  # noqa: E402
-from openfile import FileError, open_file  # noqa: E402
+from openfile import FileError, leave, open_file  # noqa: E402
 from scenefile import SceneFile, SceneFileError  # noqa: E402
 from walk import Walk  # noqa: E402
 
@@ -64,7 +69,7 @@ def parse_arguments():
 
 def export_scene(scene, folder, check=lambda: None):
     """Exports a scene of the open file with a render's modifiers and visibility; the file in memory is changed.
-    Returns the length of each list of the format. check is called before the scene takes its place; it may raise."""
+    Returns the lists of the format. check is called before the scene takes its place; it may raise."""
     if scene.camera is None:
         raise ExportError(f"the scene {scene.name} has no camera")
     with SceneFile(f"import/blender, Blender {bpy.app.version_string}", folder) as scene_file:
@@ -79,7 +84,7 @@ def export_scene(scene, folder, check=lambda: None):
         note_what_is_not_there(scene_file)
         check()
         scene_file.write()
-        return {name: len(entries) for name, entries in scene_file.lists.items()}
+        return scene_file.lists
 
 
 def run_in_render(scene, function):
@@ -154,7 +159,7 @@ def main():
         if arguments.file:
             open_file(arguments.file)
         interruption.check()
-        counts = export_scene(bpy.context.scene, arguments.output, interruption.check)
+        lists = export_scene(bpy.context.scene, arguments.output, interruption.check)
     except (FileError, SceneFileError) as error:
         print(f"export.py: {error}", file=sys.stderr)
         return 3
@@ -164,20 +169,13 @@ def main():
     except KeyboardInterrupt:
         print("export.py: interrupted, nothing was written", file=sys.stderr)
         return 130
+    for note in lists["notes"]:
+        place = ", ".join(note[key] for key in ("object", "material", "node") if key in note)
+        print(f"export: note: {place}: {note['text']}" if place else f"export: note: {note['text']}", file=sys.stderr)
+    counts = {name: len(entries) for name, entries in lists.items()}
     print("export: {objects} objects of {meshes} meshes, {materials} materials, {lights} lights, {images} images, "
-          "{notes} notes".format(**counts), file=sys.stderr, flush=True)
+          "{notes} notes".format(**counts), file=sys.stderr)
     return 0
-
-
-def leave(status):
-    """Ends the program at once: Blender may hang while it is taken down, as after a driver that failed."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    try:
-        os.rmdir(bpy.app.tempdir)
-    except OSError:
-        pass  # Blender keeps something there
-    os._exit(status)
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ def emitted(ref, inputs):
         return np.zeros(3)
     node = origin.node
     if node.bl_idname == "ShaderNodeEmission":
-        return inputs.constant(origin.input("Color")).data * inputs.constant(origin.input("Strength")).data
+        return inputs.constant(origin.input("Color")).data * emission_strength(origin.input("Strength"), inputs)
     if node.bl_idname in ("ShaderNodeAddShader", "ShaderNodeMixShader"):
         shaders = [nodes.Ref(s, origin.groups) for s in node.inputs if s.type == "SHADER"]
         share = inputs.number(origin.input("Fac")) if node.bl_idname == "ShaderNodeMixShader" else None
@@ -41,6 +41,16 @@ def emitted(ref, inputs):
         return inputs.output(origin).mean()
     inputs.note(f"node {node.bl_label} of the lamp is left out", nodes.name(origin))
     return np.zeros(3)
+
+
+def emission_strength(ref, inputs):
+    """The number at the Strength of an Emission, which may be a Light Falloff's."""
+    origin = nodes.source(ref)
+    if not origin.socket.is_output or origin.node.bl_idname != "ShaderNodeLightFalloff":
+        return inputs.constant(ref).data
+    if origin.socket.name != "Quadratic" or inputs.number(origin.input("Smooth")) > 0:
+        inputs.note("Light Falloff: quadratic and not smooth here", nodes.name(origin))
+    return inputs.constant(origin.input("Strength")).data
 
 
 def export_light(scene_file, instance):

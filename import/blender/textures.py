@@ -204,7 +204,7 @@ def save(image, path):
     """Writes an image that is in memory alone, in its own colour space. A copy of the data block would lose what was
     painted on it; Image.save would encode linear floats as sRGB in an EXR."""
     if image.is_float:
-        save_pixels(raw_pixels(image)[..., :3], path)
+        save_pixels(raw_pixels(image), path)
         return
     kept = image.file_format
     image.file_format = "PNG"
@@ -213,11 +213,11 @@ def save(image, path):
 
 
 def save_pixels(data, path):
-    """Writes linear rgb (h, w, 3), bottom row first, as EXR."""
+    """Writes linear rgb or rgba (h, w, 3 or 4), bottom row first, as EXR."""
     height, width = data.shape[:2]
-    image = bpy.data.images.new("burnish", width, height, float_buffer=True, is_data=True)
+    image = bpy.data.images.new("burnish", width, height, alpha=data.shape[2] == 4, float_buffer=True, is_data=True)
     rgba = np.ones((height, width, 4), np.float32)
-    rgba[..., :3] = data
+    rgba[..., :data.shape[2]] = data
     image.pixels.foreach_set(rgba.ravel())
     image.file_format = "OPEN_EXR"
     image.save(filepath=path)

@@ -10,6 +10,7 @@ import bpy
 import numpy
 
 import geometry
+import placement
 
 MAX_FACES = 1_000_000  # of one mesh after Subsurf
 EDGE_PIXELS = 1        # length of an edge that Subsurf levels are raised to
@@ -105,7 +106,7 @@ def subsurf(scene, changes):
     width = max(corner.x for corner in frame) - min(corner.x for corner in frame)
     orthographic = scene.camera.data.type == "ORTHO"
     pixels = scene.render.resolution_x * scene.render.resolution_percentage / 100 / width  # of a metre in the frame
-    to_camera = scene.camera.evaluated_get(depsgraph).matrix_world.inverted()
+    to_camera = placement.rigid(scene.camera.evaluated_get(depsgraph).matrix_world).inverted()
 
     length, corners = collections.Counter(), {}
     for instance in depsgraph.object_instances:
@@ -116,7 +117,7 @@ def subsurf(scene, changes):
             edge = numpy.linalg.norm(edges[:, 0] - edges[:, 1], axis=1)
             if not orthographic:
                 edge *= -frame[0].z / numpy.linalg.norm(edges, axis=2).min(axis=1)
-            length[name] = max(length[name], pixels * float(edge.max(initial=0)))
+            length[name] = max(length[name], pixels * float(numpy.nan_to_num(edge).max(initial=0)))
             corners[name] = len(mesh.loops)
 
     for name, modifier in found.items():

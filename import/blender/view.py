@@ -15,7 +15,7 @@ import numpy as np
 
 import bundled  # noqa: F401  OpenImageIO
 import OpenImageIO
-from openfile import FileError, open_file
+from openfile import FileError, leave, open_file
 
 
 class ViewError(Exception):
@@ -36,8 +36,8 @@ def read_combined(path):
     if not os.path.isfile(path) or not picture.read(0, 0, True):
         raise ViewError(f"{path}: cannot be read as a picture: {picture.geterror() or 'no such file'}")
     names = list(picture.spec().channelnames)
-    for prefix in ("Combined.", ""):
-        found = [next((i for i, name in enumerate(names) if name.endswith(prefix + c)), None) for c in "RGB"]
+    for fits in (lambda name, c: name.endswith("Combined." + c), lambda name, c: name == c):
+        found = [next((i for i, name in enumerate(names) if fits(name, c)), None) for c in "RGB"]
         if None not in found:
             return np.ascontiguousarray(picture.get_pixels(OpenImageIO.FLOAT)[:, :, found])
     raise ViewError(f"{path}: found the channels {', '.join(names)}, expected Combined.R, Combined.G, Combined.B")
@@ -75,4 +75,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    leave(main())

@@ -7,12 +7,13 @@ from mathutils import Matrix
 
 import camera
 import geometry
+import hair
 import lights
 import placement
 from scenefile import transform
 
-LEFT_OUT = {"VOLUME": "a volume", "CURVES": "hair", "POINTCLOUD": "a point cloud", "GREASEPENCIL": "grease pencil"}
-SILENT = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
+LEFT_OUT = {"VOLUME": "a volume", "POINTCLOUD": "a point cloud", "GREASEPENCIL": "grease pencil"}
+SILENT = {"CURVES", "EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
 WITH_SURFACE = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 RAYS = ("camera", "shadow", "diffuse", "glossy", "transmission")
 PROGRESS_SECONDS = 2
@@ -37,16 +38,14 @@ class Walk:
 
     def export_instance(self, instance):
         obj = instance.object
-        if not instance.show_self:
-            return
         if not placement.is_finite(instance.matrix_world):
             self.scene_file.note("its place holds numbers that are not finite: left out", object=obj.name)
             return
         if obj.light_linking.receiver_collection or obj.light_linking.blocker_collection:
             self.scene_file.note("light linking is left out: lights all objects", object=obj.name)
-        for system in obj.particle_systems if instance.show_particles else ():
-            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-                self.scene_file.note(f"hair of the particle system {system.name} is left out", object=obj.name)
+        self.export_hair(instance)
+        if not instance.show_self:
+            return
         if obj.type == "LIGHT":
             lights.export_light(self.scene_file, instance)
         elif obj.type in WITH_SURFACE:
@@ -81,6 +80,8 @@ class Walk:
             if temporary or flattened or key not in self.meshes:
                 self.meshes[key] = geometry.export_mesh(self.scene_file, mesh, obj.data.name, cage, uv_layers,
                                                         flattened)
+                if not mesh.uv_layers:
+                    self.note_missing_uvs(obj, exported)
             if self.meshes[key] is not None:
                 entry |= {"mesh": self.meshes[key], "materials": [material.index for material in exported]}
                 if exported and not any(material.shadow for material in exported):
@@ -90,6 +91,43 @@ class Walk:
                 del self.meshes[key]
         if temporary:
             obj.to_mesh_clear()
+
+    def note_missing_uvs(self, obj, exported):
+        lists = self.scene_file.lists
+        if any(uses_uvs(lists, lists["materials"][material.index]) for material in exported):
+            self.scene_file.note("no UV map: its textures are looked up at (0, 0), as Cycles does", object=obj.name)
+
+    def export_hair(self, instance):
+        """Hair curves, or the hair of an object's particle systems."""
+        obj = instance.object
+        if obj.type == "CURVES" and instance.show_self:
+            self.export_strands(instance, obj.data.name, 0, lambda: hair.of_curves(obj.data))
+        for modifier in obj.modifiers if instance.show_particles else ():
+            if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render:
+                system = modifier.particle_system
+                if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                    self.export_strands(instance, system.name, system.settings.material - 1,
+                                        lambda: hair.of_particles(obj, system))
+
+    def export_strands(self, instance, name, slot, strands):
+        obj, matrix, hidden = instance.object, instance.matrix_world.copy(), self.hidden_from(instance)
+        if placement.is_singular(matrix) or len(hidden) == len(RAYS):
+            self.scene_file.note("hair that is flattened or hidden from all rays: left out", object=obj.name)
+            return
+        key = (obj.original.name_full, name)
+        if key not in self.meshes:
+            found = strands()
+            if found.thinned > 1:
+                self.scene_file.note(f"one strand in {found.thinned} is exported, as many times as thick",
+                                     object=obj.name)
+            self.meshes[key] = hair.export_mesh(self.scene_file, found, name)
+        if self.meshes[key] is None:
+            return
+        slots = [slot.material for slot in obj.material_slots] or [None]
+        material = self.materials.export(slots[min(slot, len(slots) - 1)], obj.name)
+        self.scene_file.append("objects", {
+            "name": name, "mesh": self.meshes[key], "materials": [material.index], "transform": transform(matrix),
+            **{ray: False for ray in ("camera", "shadow") if ray in hidden}})
 
     def hidden_from(self, instance):
         """The kinds of rays that do not see an object, nor its instancer or collection (cycles/blender/object.cpp)."""
@@ -110,6 +148,16 @@ class Walk:
                              "the camera's clip start or end hides some of it: seen here")):
             if found:
                 self.scene_file.note(text, object=obj.name)
+
+
+def uses_uvs(lists, part):
+    """Whether some part of the format's material looks a texture up by (u, v)."""
+    if isinstance(part, dict):
+        texture = next((part[key] for key in ("texture", "map", "height") if key in part), None)
+        if texture is not None:
+            return lists["textures"][texture]["type"] != "angle"
+        part = list(part.values())
+    return isinstance(part, list) and any(uses_uvs(lists, item) for item in part)
 
 
 def slots_of(obj, mesh):

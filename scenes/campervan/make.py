@@ -185,8 +185,10 @@ def panes(edited, columns, faces):
                         vertex[corner] = .5
 
 
-def lathe(name, profile, made, kinds, segments=16):
-    """A cage turned about Y; profile: (radius, y, sharp), a radius 0 closes it; kinds: a material a stretch."""
+def lathe(name, profile, made, kinds, at, turn):
+    """A cage turned about Y; profile: (radius, y, sharp), a radius 0 closes it; kinds: a material a stretch. at, turn:
+    where it stands, its angle about Z."""
+    segments = 16
     edited = empty_cage()
     used = list(dict.fromkeys(kinds))
     rings = []
@@ -200,7 +202,9 @@ def lathe(name, profile, made, kinds, segments=16):
     for ring, (radius, _, sharp) in zip(rings, profile):
         if radius and sharp:
             crease(edited, [edited.edges.get((ring[k], ring[k - 1])) for k in range(segments)], sharp)
-    return cage(name, edited, made, used)
+    thing = cage(name, edited, made, used)
+    thing.location, thing.rotation_euler = at, (0, 0, turn)
+    return thing
 
 
 def block(name, size, place_at, made, kind, round_by=.25, bend=0):
@@ -225,34 +229,31 @@ def wheels(made):
         for side in (1, -1):
             for name, profile, kinds in (("Tyre", tyre, ["Rubber"] * 6),
                                          ("Hub", hub, ["Cream", "Cream", "Cream", "Chrome", "Chrome", "Chrome"])):
-                thing = lathe(name, profile, made, kinds)
-                thing.location = (axle, side * TRACK, AXLE)
-                thing.rotation_euler = (0, 0, 0 if side > 0 else math.pi)
+                lathe(name, profile, made, kinds, (axle, side * TRACK, AXLE), 0 if side > 0 else math.pi)
 
 
 def fittings(made):
     """Bumpers, headlights, emblem, mirrors, handles, indicators, the rising roof, what is inside."""
     for name, x, bend, turn in (("Front bumper", 2.2, .2, 0), ("Rear bumper", -2.19, .12, math.pi)):
         block(name, (.07, 1.75, .14), (x, 0, .48), made, "Chrome", .3, bend).rotation_euler = (0, 0, turn)
-    light = ((.13, -.03, 0), (.135, .02, .6), (.115, .045, .8), (.1, .035, .8), (.09, .04, 0), (.05, .055, 0), (0, .06, 0))
+    light = ((.13, -.03, 0), (.135, .02, .6), (.115, .045, .8), (.1, .035, .8), (.09, .04, 0), (.05, .055, 0),
+             (0, .06, 0))
+    reflector = ((.1, .03, 1), (.07, 0, 0), (0, -.03, 0))
+    indicator = ((.05, -.03, 0), (.05, .02, .6), (.035, .04, 0), (0, .05, 0))
+    tail = ((.06, -.03, 0), (.06, .02, .6), (.04, .04, 0), (0, .05, 0))
+    mirror = ((0, -.02, 0), (.09, -.015, .5), (.1, .01, .6), (.06, .04, 0), (0, .05, 0))
+    forward, red = -math.pi / 2, ["Chrome", "Lamps", "Lamps"]
     for side in (1, -1):
-        lamp = lathe("Headlight", light, made, ["Chrome"] * 3 + ["Glass"] * 3)
-        lamp.location, lamp.rotation_euler = (2.035, .58 * side, .76), (0, 0, -math.pi / 2 + side * .22)
-        back = lathe("Reflector", ((.1, .03, 1), (.07, 0, 0), (0, -.03, 0)), made, ["Chrome"] * 2)
-        back.location, back.rotation_euler = lamp.location, lamp.rotation_euler
-        winker = lathe("Indicator", ((.05, -.03, 0), (.05, .02, .6), (.035, .04, 0), (0, .05, 0)), made,
-                       ["Chrome", "Lamps", "Lamps"])
-        winker.location, winker.rotation_euler = (1.985, .64 * side, 1.0), lamp.rotation_euler
-        tail = lathe("Tail light", ((.06, -.03, 0), (.06, .02, .6), (.04, .04, 0), (0, .05, 0)), made,
-                     ["Chrome", "Lamps", "Lamps"])
-        tail.location, tail.rotation_euler = (-2.09, .66 * side, .85), (0, 0, math.pi / 2)
-        glass = lathe("Mirror", ((0, -.02, 0), (.09, -.015, .5), (.1, .01, .6), (.06, .04, 0), (0, .05, 0)), made,
-                      ["Chrome"] * 4)
-        glass.location, glass.rotation_euler = (1.62, 1.02 * side, 1.27), (0, 0, -math.pi / 2)
+        place_at, turn = (2.035, .58 * side, .76), forward + side * .22
+        lathe("Headlight", light, made, ["Chrome"] * 3 + ["Glass"] * 3, place_at, turn)
+        lathe("Reflector", reflector, made, ["Chrome"] * 2, place_at, turn)
+        lathe("Indicator", indicator, made, red, (1.985, .64 * side, 1.0), turn)
+        lathe("Tail light", tail, made, red, (-2.09, .66 * side, .85), -forward)
+        lathe("Mirror", mirror, made, ["Chrome"] * 4, (1.62, 1.02 * side, 1.27), forward)
         block("Stalk", (.02, .2, .02), (1.62, .92 * side, 1.24), made, "Chrome")
         block("Handle", (.13, .035, .03), (.98, .868 * side, .98), made, "Chrome")
-    emblem = lathe("Emblem", ((.17, 0, 0), (.175, .03, .5), (.15, .03, .5), (.145, 0, 0)), made, ["Chrome"] * 3)
-    emblem.location, emblem.rotation_euler = (2.085, 0, .92), (0, 0, -math.pi / 2)
+    lathe("Emblem", ((.17, 0, 0), (.175, .03, .5), (.15, .03, .5), (.145, 0, 0)), made, ["Chrome"] * 3, (2.085, 0, .92),
+          forward)
     block("Rising roof", (2.2, 1.05, .16), (-.35, 0, 1.93), made, "Cream", .35)
     for x in (1.05, -.2, -1.45):
         for side in (1, -1):
@@ -262,8 +263,7 @@ def fittings(made):
     modelling.box("Cabin floor", (3.7, 1.5, .04), made["Dark"]).location = (0, 0, .76)
     modelling.box("Dashboard", (.2, 1.4, .12), made["Dark"]).location = (1.75, 0, 1.1)
     wheel = lathe("Steering wheel", ((.19, 0, 0), (.2, .015, 0), (.21, 0, 0), (.2, -.015, 0), (.19, 0, 0)), made,
-                  ["Dark"] * 4)
-    wheel.location, wheel.rotation_euler = (1.5, .38, 1.2), (0, 0, math.pi / 2)
+                  ["Dark"] * 4, (1.5, .38, 1.2), -forward)
     wheel.rotation_euler[0] = math.radians(25)
 
 

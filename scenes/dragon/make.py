@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes dragon.blend beside this file, from the mesh that scenes/dragon/fetch fetches: the Stanford dragon on a cube in
-a room open in front. The back wall (n = 20), the dragon (80) and the cube (100) are modified Phong, all else is diffuse.
+"""Makes dragon.blend beside this file, from the mesh that scenes/dragon/fetch fetches: the Stanford dragon on a block
+in a room open in front. The back wall (n = 20), the dragon (80) and the block (the paper's cube, 100) are modified
+Phong, all else is diffuse.
 
     python3 scenes/dragon/make.py
 """
@@ -16,7 +17,7 @@ import phong  # noqa: E402
 import bpy  # noqa: E402
 
 MESH = os.path.join(HERE, "..", "..", "build", "dragon", "dragon.ply")
-LENGTH, CUBE = 1.5, .8  # metres: of the dragon, of the cube's edge
+LENGTH, HEIGHT = 1.5, .8  # metres: of the dragon, of the block
 
 
 def room():
@@ -46,7 +47,7 @@ def dragon():
     middle = [(low + high) / 2 for low, high in zip(*corners)]
     thing.scale = (scale,) * 3
     thing.rotation_euler = (0, 0, math.radians(-15))
-    thing.location = (0, 0, CUBE + scale * (middle[2] - corners[0][2]))
+    thing.location = (0, 0, HEIGHT + scale * (middle[2] - corners[0][2]))
     for vertex in thing.data.vertices:
         vertex.co = [value - centre for value, centre in zip(vertex.co, middle)]
 
@@ -57,8 +58,8 @@ def main():
     modelling.new_scene(384, 384)
     modelling.camera((.5, -4.6, 1.5), (0, 0, 1.15), 36)
     room()
-    cube = modelling.box("Cube", (1.3, .9, CUBE), phong.material("Cube", (.25, .2, .15), (.4, .4, .4), 100))
-    cube.location, cube.rotation_euler = (0, 0, CUBE / 2), (0, 0, math.radians(-15))
+    cube = modelling.box("Cube", (1.3, .9, HEIGHT), phong.material("Cube", (.25, .2, .15), (.4, .4, .4), 100))
+    cube.location, cube.rotation_euler = (0, 0, HEIGHT / 2), (0, 0, math.radians(-15))
     dragon()
     modelling.save(os.path.join(HERE, "dragon.blend"))
     return 0

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes kitchen_phong.blend beside this file: scenes/kitchen with counters and cupboards as modified Phong of n = 200, in
-the colours and pictures that the artist gave them.
+"""Makes kitchen_phong.blend beside this file: scenes/kitchen with counters and cupboards as modified Phong of n = 200,
+in the colours and pictures that the artist gave them.
 
     python3 scenes/kitchen_phong/make.py
 """

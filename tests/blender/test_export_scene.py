@@ -123,11 +123,12 @@ def run(*arguments):
 
 def test_command_line(scene, tmp_path):
     new_plane()
+    scene.render.use_motion_blur = True
     blend, folder = tmp_path / "scene.blend", tmp_path / "new" / "scene"
     bpy.ops.wm.save_as_mainfile(filepath=str(blend))
     result = run(blend, "-o", folder)
     assert result.returncode == 0, result.stderr
-    assert "1 objects" in result.stderr
+    assert "note: Camera: motion blur is left out\n" in result.stderr and "1 objects" in result.stderr
     first = Scene(folder)
     # An older scene is replaced, byte by byte the same.
     result = run(blend, "-o", folder)
@@ -197,6 +198,26 @@ def test_interruption_that_blender_swallows(scene, tmp_path):
         for number, function in before.items():
             signal.signal(number, function)
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("end,status", [("os.kill(os.getpid(), signal.SIGSEGV)", 3), ("sys.exit(2)", 2), ("", 0)])
+def test_crash_gives_one_sentence(end, status):
+    code = f"import guard, os, signal, sys; guard.enter('program'); {end}"
+    result = subprocess.run([sys.executable, "-c", code, "odd.blend"], cwd=os.path.dirname(EXPORT),
+                            capture_output=True, text=True, timeout=60)
+    assert result.returncode == status
+    assert result.stderr.count("\n") == (status == 3) and (status != 3 or "odd.blend" in result.stderr)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signal_reaches_the_guarded(number):
+    code = ("import guard, sys, time; guard.enter('program')\n"
+            "try:\n    print(flush=True); time.sleep(60)\nexcept KeyboardInterrupt:\n    sys.exit(130)")
+    with subprocess.Popen([sys.executable, "-c", code], cwd=os.path.dirname(EXPORT), stdout=subprocess.PIPE,
+                          stderr=subprocess.DEVNULL) as process:
+        process.stdout.readline()
+        process.send_signal(number)
+        assert process.wait(timeout=30) == (130 if number == signal.SIGINT else 3)
 
 
 def test_hidden_and_second_view_layer(scene, export):

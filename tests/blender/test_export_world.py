@@ -129,7 +129,7 @@ def test_sun_below_the_horizon_is_no_lamp(world, export, monkeypatch):
 
 
 def test_all_rays_see_what_lights(world, export, monkeypatch):
-    """A Light Path node, in a group, shows the camera a red world and lights with a blue one; a volume takes no part."""
+    """A Light Path node, in a group, shows the camera a red world and lights with a blue one; no volume."""
     monkeypatch.setattr("worldpicture.WIDTHS", (128, 128))
     node, link = world
     tree = bpy.data.node_groups.new("Is camera", "ShaderNodeTree")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Each node that materials are made of, exported and rendered by our path tracer, beside Cycles.
 
-A set-up a patch: all lie in one grid, bulge towards the camera, are lit by a sky and a lamp, and stand over a bright
-floor, which is seen through what lets light through. A patch is 24 x 24 pixels, nine blocks.
+A set-up a patch: all lie in one grid, bulge towards the camera, are lit by a lamp and a sky of several colours, which is
+seen through what lets light through. A patch is 24 x 24 pixels, nine blocks.
 """
 import os
 import subprocess
@@ -11,17 +11,18 @@ import bpy
 import numpy as np
 import pytest
 
-from blenderscene import ROOT, Scene, new_camera, new_material, new_mesh, new_object, new_plane
+from blenderscene import ROOT, Scene, new_camera, new_material, new_mesh, new_object
 import export as exporter
 import phong  # noqa: F401  (it puts Blender's own packages, OpenImageIO among them, on the path)
 import unbiased
 
 BURNISH = os.path.join(ROOT, "build", "burnish")
 PATCH, BLOCK = 24, 8  # pixels
-SAMPLES = 192
+SAMPLES = 96
 TOLERANCE = .01  # of a patch's mean; of its blocks' CV, beyond noise
-# Stand-ins, which the exporter's notes name.
-WIDER = {}
+# Stand-ins: microfibres are a fit of Cycles' table; what is scattered below the surface comes out where it went in, which
+# a note says.
+WIDER = {"sheen": .07, "subsurface": .025}
 FACES = 12  # along a patch's side
 
 
@@ -151,6 +152,15 @@ def colour_chain(node, link):
     return made
 
 
+def along_u(shader):
+    def make(node, link):
+        made, tangent = shader(node, link), node("ShaderNodeTangent")
+        tangent.direction_type = "UV_MAP"
+        link(tangent.outputs[0], made.node.inputs["Tangent"])
+        return made
+    return make
+
+
 def noisy_bump(node, link):
     made = DIFFUSE(node, link)
     bump = node("ShaderNodeBump", Strength=.5, Distance=.3)
@@ -174,11 +184,12 @@ SETUPS = {
     "glossy ggx": bsdf("BsdfAnisotropic", Roughness=.4, distribution="GGX"),
     "glossy beckmann": bsdf("BsdfAnisotropic", Roughness=.4, distribution="BECKMANN"),
     "glossy ashikhmin": bsdf("BsdfAnisotropic", Roughness=.4, distribution="ASHIKHMIN_SHIRLEY"),
-    "glossy anisotropic": bsdf("BsdfAnisotropic", Roughness=.4, Anisotropy=.7, Rotation=.1, distribution="GGX"),
+    "glossy anisotropic": along_u(bsdf("BsdfAnisotropic", Roughness=.4, Anisotropy=.7, Rotation=.1)),
+    "anisotropic about an axis": bsdf("BsdfAnisotropic", Roughness=.4, Anisotropy=-.7, Rotation=.1),
     "principled": principled(Roughness=.4),
     "principled metal": principled(Metallic=1, Roughness=.3, Specular_Tint=(.9, .5, .5, 1)),
     "principled half metal": principled(Metallic=.5, Roughness=.5, IOR=1.8, Specular_IOR_Level=.8),
-    "principled anisotropic": principled(Metallic=1, Roughness=.4, Anisotropic=.6),
+    "principled anisotropic": along_u(principled(Metallic=1, Roughness=.4, Anisotropic=.6)),
     "principled coat": principled(Coat_Weight=.8, Coat_Roughness=.2, Coat_Tint=(1, .8, .6, 1)),
     "principled sheen": principled(Sheen_Weight=.7, Sheen_Roughness=.4, Sheen_Tint=(1, .6, .6, 1)),
     "principled transmission": principled(Transmission_Weight=1, Roughness=.3, IOR=1.3),
@@ -231,8 +242,8 @@ def sky(scene):
     """Bright towards +x, blue below."""
     world = scene.world = bpy.data.worlds.new("Sky")
     world.use_nodes = True
-    image = bpy.data.images.new("Sky", 64, 32, float_buffer=True)
-    x, y = np.meshgrid(np.arange(64) / 64 * 2 * np.pi, np.arange(32) / 32)
+    image = bpy.data.images.new("Sky", 64, 512, float_buffer=True)
+    x, y = np.meshgrid(np.arange(64) / 64 * 2 * np.pi, np.arange(512) / 512)
     rgba = np.stack([1 - .8 * np.cos(x), .5 + y, 1.2 - .6 * y, np.ones_like(x)], axis=-1)
     image.pixels.foreach_set(rgba.astype(np.float32).ravel())
     texture = world.node_tree.nodes.new("ShaderNodeTexEnvironment")
@@ -247,13 +258,6 @@ def build(scene, names):
         material, node, link = new_material(name)
         link(SETUPS[name](node, link))
         patch(name, (index % side - side / 2 + .5, side / 2 - .5 - index // side, 0), material)
-    floor, node, link = new_material("floor")
-    checker = node("ShaderNodeTexChecker", Color1=(.9, .9, .5, 1), Color2=(.3, .5, .9, 1), Scale=side / 2)
-    link(node("ShaderNodeUVMap").outputs[0], checker.inputs[0])
-    diffuse = node("ShaderNodeBsdfDiffuse")
-    link(checker.outputs[0], diffuse.inputs[0])
-    link(diffuse.outputs[0])
-    new_plane("floor", floor, size=side + 4, location=(0, 0, -1))
     lamp = bpy.data.lights.new("Lamp", "AREA")
     lamp.energy, lamp.size = 20 * side * side, side
     new_object("Lamp", lamp, (side, 0, side), (0, .8, 0))
@@ -279,7 +283,7 @@ def render(scene, names, folder):
     scene.render.resolution_x = scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
     scene.render.engine = "CYCLES"
-    unbiased.settings(scene, False, [])
+    unbiased.settings(scene, None, False, [])
     scene.render.threads_mode, scene.render.threads = "FIXED", len(os.sched_getaffinity(0))
     scene.cycles.samples = SAMPLES
     scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
@@ -331,6 +335,6 @@ def differences(ours, cycles):
 def test_material_is_cycles(name, pictures):
     ratio, cv, noise = differences(*pictures[name])
     tolerance = WIDER.get(name, TOLERANCE)
-    assert noise < TOLERANCE
+    assert noise < 1.5 * TOLERANCE
     assert ratio == pytest.approx(1, abs=tolerance + noise)
     assert cv < tolerance + 2 * noise
