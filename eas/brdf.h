@@ -84,8 +84,8 @@ struct glass {
 struct brdf brdf_phong(rgb kd, rgb ks, float exponent);
 
 /* Diffuse; roughness above 0: Oren-Nayar (Fujii's, with OpenPBR's multiple scattering, here of Lambert's shape), which
- * goes by t = wi.wo - cos_i cos_o, where above 0 over the greater cosine. kd is its albedo for this viewer, which is all
- * that caches take of it. */
+ * goes by t = wi.wo - cos_i cos_o, where above 0 over the greater cosine. kd is its albedo for this viewer, all that
+ * caches take of it. */
 struct brdf brdf_diffuse(rgb colour, float roughness, float cos_o);
 
 /* The Principled BSDF: layers take the directional albedo of those above them, and GGX energy lost to multiple
