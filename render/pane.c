@@ -33,15 +33,3 @@ void pane_transmittances(const struct model *model, const struct shadow_ray *ray
         else through[i] = occluded[i] ? vec3(0, 0, 0) : vec3(1, 1, 1);
     }
 }
-
-bool pane_pass(const struct point *point, struct rng *rng, rgb *weight)
-{
-    float chance = brdf_pass_chance(&point->brdf, dot(point->n, point->wo));
-    if (chance == 0) return false;
-    if (rng_float(rng) < chance) {
-        *weight = mul(*weight, scale(point->brdf.through, 1 / chance));
-        return true;
-    }
-    *weight = scale(*weight, 1 / (1 - chance));
-    return false;
-}

@@ -67,7 +67,7 @@ static void shade_material(const struct model *model, const struct scene_materia
         point->n = bumps_normal(textures, &material->normal, &place, &axes, point->n, step);
     }
     if (surface_is_glossy(material)) point->n = pull_normal(point->n, point->ng, point->wo);
-    point->brdf = surface_brdf(textures, material, &place, point->n, point->wo, axes.du);
+    surface_brdf(textures, material, &place, point->n, point->wo, axes.du, &point->brdf);
 }
 
 void shade_point(const struct model *model, struct ray ray, const struct hit *hit, struct point *point)
@@ -86,8 +86,12 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
     ng = normalize(ng);
     float3 n = surface_normal(object, hit->triangle, hit->u, hit->v);
     if (!(dot(n, n) > 0)) n = ng;
-    *point =
-        (struct point){.p = p, .wo = scale(ray.dir, -1), .object = hit->object, .triangle = hit->triangle};
+    /* One by one: the room for lobes is large, and need not be zero. */
+    point->p = p;
+    point->wo = scale(ray.dir, -1);
+    point->emission = vec3(0, 0, 0);
+    point->object = hit->object;
+    point->triangle = hit->triangle;
     point->front = dot(ng, point->wo) >= 0;
     point->ng = point->front ? ng : scale(ng, -1);
     point->n = point->front ? n : scale(n, -1);
