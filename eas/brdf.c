@@ -70,14 +70,24 @@ static inline int choices(const struct brdf *brdf, float cos_o, float chance[sta
     return count;
 }
 
+/* f of the diffuse parts. */
+static inline rgb diffuse(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
+{
+    float cos_i = dot(n, wi), cos_o = dot(n, wo);
+    if (cos_i <= 0) return scale(brdf->kt, 1 / PI);
+    if (brdf->tilt == 0) return scale(brdf->kd, 1 / PI);
+    float t = dot(wi, wo) - cos_i * cos_o;
+    if (t > 0) t /= maxf(cos_i, cos_o);
+    return scale(brdf->kd, maxf(1 + brdf->flat + brdf->tilt * t, 0) / PI);
+}
+
 /* f and pdf, the chances being known. */
 static inline rgb both(const struct brdf *brdf, const float chance[static CHOICES], float3 n, float3 wo, float3 wi,
                        float *pdf)
 {
     float cos_i = dot(n, wi), one;
-    bool reflected = cos_i > 0;
-    rgb f = scale(reflected ? brdf->kd : brdf->kt, 1 / PI);
-    *pdf = chance[reflected ? REFLECTED : TRANSMITTED] * fabsf(cos_i) / PI;
+    rgb f = diffuse(brdf, n, wo, wi);
+    *pdf = chance[cos_i > 0 ? REFLECTED : TRANSMITTED] * fabsf(cos_i) / PI;
     for (int i = 0; i < brdf->lobe_count; i++) {
         f = add(f, lobe_both(&brdf->lobes[i], n, wo, wi, &one));
         *pdf += chance[LOBES + i] * one;
@@ -95,7 +105,7 @@ rgb brdf_eval_pdf(const struct brdf *brdf, float3 n, float3 wo, float3 wi, float
 rgb brdf_eval(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
 {
     float pdf;
-    rgb f = scale(dot(n, wi) > 0 ? brdf->kd : brdf->kt, 1 / PI);
+    rgb f = diffuse(brdf, n, wo, wi);
     for (int i = 0; i < brdf->lobe_count; i++) f = add(f, lobe_both(&brdf->lobes[i], n, wo, wi, &pdf));
     return f;
 }
@@ -116,7 +126,13 @@ float brdf_pass_chance(const struct brdf *brdf, float cos_o)
 
 void brdf_add(struct brdf *sum, const struct brdf *part, rgb weight)
 {
-    sum->kd = add(sum->kd, mul(part->kd, weight));
+    rgb kd = mul(part->kd, weight);
+    if (sum->tilt != 0 || part->tilt != 0) { /* the mean by albedo */
+        float before = average(sum->kd), added = average(kd), share = added > 0 ? added / (before + added) : 0;
+        sum->flat += (part->flat - sum->flat) * share;
+        sum->tilt += (part->tilt - sum->tilt) * share;
+    }
+    sum->kd = add(sum->kd, kd);
     sum->kt = add(sum->kt, mul(part->kt, weight));
     sum->through = add(sum->through, mul(part->through, weight));
     for (int i = 0; i < part->lobe_count; i++) {

@@ -37,7 +37,8 @@ struct lobe {
 #define BRDF_LOBES 6
 
 struct brdf {
-    rgb kd;      /* diffuse albedo: f = kd/pi */
+    rgb kd;      /* diffuse albedo: f = kd/pi (1 + flat + tilt t), t as in brdf_diffuse */
+    float flat, tilt; /* 0: Lambert */
     rgb kt;      /* diffuse transmission: f = kt/pi for wi on the other side */
     rgb through; /* share that passes straight on, which no function here samples; 0: opaque */
     int lobe_count;
@@ -82,8 +83,9 @@ struct glass {
 /* Modified Phong (Lafortune and Willems 1994): f = kd/pi + ks (n+2)/2pi cos^n alpha. */
 struct brdf brdf_phong(rgb kd, rgb ks, float exponent);
 
-/* Diffuse; roughness above 0: of the albedo that Oren-Nayar (Fujii's, with OpenPBR's multiple scattering) has for this
- * viewer, but the shape of Lambert. */
+/* Diffuse; roughness above 0: Oren-Nayar (Fujii's, with OpenPBR's multiple scattering, here of Lambert's shape), which
+ * goes by t = wi.wo - cos_i cos_o, where above 0 over the greater cosine. kd is its albedo for this viewer, which is all
+ * that caches take of it. */
 struct brdf brdf_diffuse(rgb colour, float roughness, float cos_o);
 
 /* The Principled BSDF: layers take the directional albedo of those above them, and GGX energy lost to multiple
@@ -105,6 +107,7 @@ struct brdf brdf_sheen(rgb colour, float roughness, float cos_o);
 static inline void brdf_clear(struct brdf *brdf)
 {
     brdf->kd = brdf->kt = brdf->through = (rgb){0};
+    brdf->flat = brdf->tilt = 0;
     brdf->lobe_count = 0;
 }
 

