@@ -123,17 +123,15 @@ class Case:
 
     def ours(self, method):
         """Two halves by the path tracer; one picture by a cache."""
-        halves = method == "path"
-        samples = self.options.spp if halves else min(self.options.spp, SAMPLES)
-        outs = [os.path.join(self.work, f"{method}_{seed}.exr") for seed in ((1, 2) if halves else (0,))]
+        seeds, samples = ((1, 2), self.options.spp) if method == "path" else ((0,), min(self.options.spp, SAMPLES))
+        halves = {os.path.join(self.work, f"{method}_{seed}.exr"): seed for seed in seeds}
         self.stats[method] = [run.burnish(self.scene, out, method, samples, self.options.threads, seed,
-                                          more=["--size", self.size], quiet=True)
-                              for seed, out in zip((1, 2) if halves else (0,), outs)]
-        self.halves[method] = outs
+                                          more=["--size", self.size], quiet=True) for out, seed in halves.items()]
+        self.halves[method] = list(halves)
 
     def look(self):
         """What each pixel sees, for the table of materials; panoramas go without."""
-        out = os.path.join(self.work, "seen.npz")
+        out = os.path.join(self.scene, "seen.npz")  # of this export: the folder is a new one
         run.python("scenes/seen.py", self.file, out, self.size)
         self.seen = out if os.path.exists(out) else None
 
@@ -187,7 +185,7 @@ def run_case(case, options, progress):
         for pair in pairs:
             if all(kind in case.halves for kind in pair):
                 case.attempt(" against ".join(pair), lambda pair=pair: results.update({pair: case.compare(*pair)}))
-    validate_page.write(case, results)
+    case.attempt("page", lambda: validate_page.write(case, results))
     return case.rows(results)
 
 
