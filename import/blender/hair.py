@@ -12,7 +12,7 @@ WIDENED = math.pi / (SIDES * math.sin(math.pi / SIDES))
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))  # turns each strand otherwise, so that their mean meets that one
 CURVE_RADIUS = 0.005  # m, Cycles' of hair curves that say none
 CURVE_STEPS = 3       # between two points of a hair curve
-MOST_POINTS = 400_000  # of one object or particle system
+MOST_POINTS = 200_000  # of one object or particle system
 
 
 class Strands:
