@@ -70,14 +70,35 @@ static inline int choices(const struct brdf *brdf, float cos_o, float chance[sta
     return count;
 }
 
+/* What bumps around leave of the light from wi at a place of normal n on a surface of normal unbent: the shadowing of
+ * microfacets of a roughness that goes with the bend (Estevez, Lecocq and Stein 2019), as in Cycles. */
+static inline float bump_light(float3 unbent, float3 n, float3 wi)
+{
+    float level = dot(unbent, wi), bend = dot(unbent, n);
+    if (level <= 0 || bend <= 0) return 0;
+    float alpha2 = 0.125f * maxf(1 / sqr(bend) - 1, 0), tan2 = maxf(1 / sqr(level) - 1, 0);
+    return 2 / (1 + sqrtf(1 + alpha2 * tan2));
+}
+
+/* f of the diffuse parts. */
+static inline rgb diffuse(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
+{
+    float cos_i = dot(n, wi), cos_o = dot(n, wo), factor = 1 / PI;
+    if (cos_i <= 0) return scale(brdf->kt, factor);
+    if (dot(brdf->unbent, brdf->unbent) > 0) factor *= bump_light(brdf->unbent, n, wi);
+    if (brdf->tilt == 0) return scale(brdf->kd, factor);
+    float t = dot(wi, wo) - cos_i * cos_o;
+    if (t > 0) t /= maxf(cos_i, cos_o);
+    return scale(brdf->kd, maxf(1 + brdf->flat + brdf->tilt * t, 0) * factor);
+}
+
 /* f and pdf, the chances being known. */
 static inline rgb both(const struct brdf *brdf, const float chance[static CHOICES], float3 n, float3 wo, float3 wi,
                        float *pdf)
 {
     float cos_i = dot(n, wi), one;
-    bool reflected = cos_i > 0;
-    rgb f = scale(reflected ? brdf->kd : brdf->kt, 1 / PI);
-    *pdf = chance[reflected ? REFLECTED : TRANSMITTED] * fabsf(cos_i) / PI;
+    rgb f = diffuse(brdf, n, wo, wi);
+    *pdf = chance[cos_i > 0 ? REFLECTED : TRANSMITTED] * fabsf(cos_i) / PI;
     for (int i = 0; i < brdf->lobe_count; i++) {
         f = add(f, lobe_both(&brdf->lobes[i], n, wo, wi, &one));
         *pdf += chance[LOBES + i] * one;
@@ -95,7 +116,7 @@ rgb brdf_eval_pdf(const struct brdf *brdf, float3 n, float3 wo, float3 wi, float
 rgb brdf_eval(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
 {
     float pdf;
-    rgb f = scale(dot(n, wi) > 0 ? brdf->kd : brdf->kt, 1 / PI);
+    rgb f = diffuse(brdf, n, wo, wi);
     for (int i = 0; i < brdf->lobe_count; i++) f = add(f, lobe_both(&brdf->lobes[i], n, wo, wi, &pdf));
     return f;
 }
@@ -111,29 +132,18 @@ float brdf_pass_chance(const struct brdf *brdf, float cos_o)
 {
     float through = average(brdf->through), rest = average(add(brdf->kd, brdf->kt));
     for (int i = 0; i < brdf->lobe_count; i++) rest += average(lobe_albedo(&brdf->lobes[i], maxf(cos_o, 0)));
-    return through > 0 ? through / (through + rest) : 0;
-}
-
-bool brdf_transmits(const struct brdf *brdf)
-{
-    if (!is_black(brdf->kt)) return true;
-    for (int i = 0; i < brdf->lobe_count; i++)
-        if (lobe_transmits(&brdf->lobes[i])) return true;
-    return false;
-}
-
-bool brdf_spreads(const struct brdf *brdf)
-{
-    const float clear = 1e-3f; /* alpha */
-    if (!is_black(brdf->kt)) return true;
-    for (int i = 0; i < brdf->lobe_count; i++)
-        if (lobe_transmits(&brdf->lobes[i]) && brdf->lobes[i].alpha_x > clear) return true;
-    return false;
+    return through / (through + rest);
 }
 
 void brdf_add(struct brdf *sum, const struct brdf *part, rgb weight)
 {
-    sum->kd = add(sum->kd, mul(part->kd, weight));
+    rgb kd = mul(part->kd, weight);
+    if (sum->tilt != 0 || part->tilt != 0) { /* the mean by albedo */
+        float before = average(sum->kd), added = average(kd), share = added > 0 ? added / (before + added) : 0;
+        sum->flat += (part->flat - sum->flat) * share;
+        sum->tilt += (part->tilt - sum->tilt) * share;
+    }
+    sum->kd = add(sum->kd, kd);
     sum->kt = add(sum->kt, mul(part->kt, weight));
     sum->through = add(sum->through, mul(part->through, weight));
     for (int i = 0; i < part->lobe_count; i++) {

@@ -37,7 +37,9 @@ struct lobe {
 #define BRDF_LOBES 6
 
 struct brdf {
-    rgb kd;      /* diffuse albedo: f = kd/pi */
+    rgb kd;      /* diffuse albedo: f = kd/pi (1 + flat + tilt t), t as in brdf_diffuse */
+    float flat, tilt; /* 0: Lambert */
+    float3 unbent;    /* the mesh's normal where n is bent: such diffuse reflection is shadowed (brdf.c); 0: n isn't */
     rgb kt;      /* diffuse transmission: f = kt/pi for wi on the other side */
     rgb through; /* share that passes straight on, which no function here samples; 0: opaque */
     int lobe_count;
@@ -82,8 +84,9 @@ struct glass {
 /* Modified Phong (Lafortune and Willems 1994): f = kd/pi + ks (n+2)/2pi cos^n alpha. */
 struct brdf brdf_phong(rgb kd, rgb ks, float exponent);
 
-/* Diffuse; roughness above 0: of the albedo that Oren-Nayar (Fujii's, with OpenPBR's multiple scattering) has for this
- * viewer, but the shape of Lambert. */
+/* Diffuse; roughness above 0: Oren-Nayar (Fujii's, with OpenPBR's multiple scattering, here of Lambert's shape), which
+ * goes by t = wi.wo - cos_i cos_o, where above 0 over the greater cosine. kd is its albedo for this viewer, all that
+ * caches take of it. */
 struct brdf brdf_diffuse(rgb colour, float roughness, float cos_o);
 
 /* The Principled BSDF: layers take the directional albedo of those above them, and GGX energy lost to multiple
@@ -101,6 +104,15 @@ struct brdf brdf_refraction(const struct glass *glass, bool front);
 /* Microfibres (Zeltner et al. 2022) by S. Hill's closed form of the paper's tables (eas/sheen.h has the error). */
 struct brdf brdf_sheen(rgb colour, float roughness, float cos_o);
 
+/* Black. The lobes are left as they are: there are none. */
+static inline void brdf_clear(struct brdf *brdf)
+{
+    brdf->kd = brdf->kt = brdf->through = (rgb){0};
+    brdf->flat = brdf->tilt = 0;
+    brdf->unbent = (float3){0};
+    brdf->lobe_count = 0;
+}
+
 /* sum += part x weight. Of more than BRDF_LOBES lobes the weakest becomes diffuse, so that no energy is lost. */
 void brdf_add(struct brdf *sum, const struct brdf *part, rgb weight);
 
@@ -110,13 +122,24 @@ static inline bool lobe_transmits(const struct lobe *lobe)
 }
 
 /* Whether light may come from the other side but straight through. */
-bool brdf_transmits(const struct brdf *brdf);
+static inline bool brdf_transmits(const struct brdf *brdf)
+{
+    bool any = !is_black(brdf->kt);
+    for (int i = 0; i < brdf->lobe_count; i++) any = any || lobe_transmits(&brdf->lobes[i]);
+    return any;
+}
 
 /* The same, spread so widely that lamps there are worth a shadow ray: what clear glass lets pass is found by following
  * it, and no more than 1e-4 of it otherwise. */
-bool brdf_spreads(const struct brdf *brdf);
+static inline bool brdf_spreads(const struct brdf *brdf)
+{
+    bool any = !is_black(brdf->kt);
+    for (int i = 0; i < brdf->lobe_count; i++)
+        any = any || (lobe_transmits(&brdf->lobes[i]) && brdf->lobes[i].alpha_x > 1e-3f);
+    return any;
+}
 
-/* How often a path should go straight on: the share of `through` in all that the surface sends on. 0: it is opaque. */
+/* How often a path should go straight on: the share of `through`, which isn't black, in all that goes on. */
 float brdf_pass_chance(const struct brdf *brdf, float cos_o);
 
 rgb brdf_eval(const struct brdf *brdf, float3 n, float3 wo, float3 wi);

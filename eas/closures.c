@@ -18,7 +18,9 @@ static void add_lobe(struct brdf *brdf, struct lobe lobe)
 
 struct brdf brdf_phong(rgb kd, rgb ks, float exponent)
 {
-    struct brdf brdf = {.kd = kd};
+    struct brdf brdf;
+    brdf_clear(&brdf);
+    brdf.kd = kd;
     add_lobe(&brdf, (struct lobe){.type = LOBE_PHONG, .weight = ks, .exponent = exponent});
     return brdf;
 }
@@ -133,8 +135,9 @@ static rgb coat_tint(const struct principled *p, float mu)
 
 struct brdf brdf_principled(const struct principled *p, float cos_o, bool front)
 {
-    struct brdf brdf = {0};
+    struct brdf brdf;
     struct lobe lobe;
+    brdf_clear(&brdf);
     float metallic = saturate(p->metallic), transmission = saturate(p->transmission), mu = saturate(cos_o);
     float roughness = saturate(p->roughness);
     bool multi = p->distribution == DISTRIBUTION_MULTI_GGX;
@@ -246,12 +249,20 @@ static float fujii(float c)
 
 struct brdf brdf_diffuse(rgb colour, float roughness, float cos_o)
 {
-    if (roughness <= 0) return (struct brdf){.kd = colour};
+    struct brdf brdf;
+    brdf_clear(&brdf);
+    brdf.kd = colour;
+    if (roughness <= 0) return brdf;
     float sigma = saturate(roughness), a = 1 / (PI + sigma * (PI / 2 - 2.0f / 3)), b = sigma * a;
     float seen = a * PI + b * fujii(saturate(cos_o)), mean = a * PI + (2 * PI - 5.6f) / 3 * b;
     rgb c = saturate3(colour), more;
     more.x = sqr(c.x) / (1 - c.x * (1 - mean));
     more.y = sqr(c.y) / (1 - c.y * (1 - mean));
     more.z = sqr(c.z) / (1 - c.z * (1 - mean));
-    return (struct brdf){.kd = mul(colour, mad(scale(white, seen), more, mean * (1 - seen)))};
+    more = scale(more, mean * (1 - seen));
+    brdf.kd = mul(colour, add(scale(white, seen), more));
+    float again = (more.x + more.y + more.z) / 3;
+    brdf.flat = (a * PI + again) / (seen + again) - 1;
+    brdf.tilt = b * PI / (seen + again);
+    return brdf;
 }

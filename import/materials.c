@@ -178,6 +178,7 @@ static void read_normal(struct json_node *at, const struct scene *scene, struct 
     normal->strength = json_get_number(&object, "strength", 0, HUGE_VAL);
     if (normal->type == NORMAL_HEIGHT) {
         normal->distance = json_get_number(&object, "distance", 0, HUGE_VAL);
+        normal->filter = json_has(&object, "filter") ? json_get_number(&object, "filter", 0, HUGE_VAL) : 0.1f;
         normal->invert = json_has(&object, "invert") && json_get_bool(&object, "invert");
     }
     json_end(&object);

@@ -138,8 +138,8 @@ static void read_objects(struct json_node *root, struct scene *scene)
         object->materials =
             json_get_indices(&item, "materials", scene->material_count, "materials", &object->slot_count);
         read_transform(&item, object->transform);
-        object->camera = read_flag(&item, "camera", true);
-        object->shadow = read_flag(&item, "shadow", true);
+        object->hidden = !read_flag(&item, "camera", true);
+        object->shadowless = !read_flag(&item, "shadow", true);
         json_end(&item);
         if (root->file->failed) break;
         if (object->slot_count && top_slots[object->mesh] >= object->slot_count)
@@ -182,8 +182,8 @@ static void read_light(struct json_node *at, struct scene_light *light)
         break;
     case LIGHT_SUN: light->angle = read_angle(at, "angle", 0); break;
     }
-    light->camera = read_flag(at, "camera", false);
-    light->shadow = read_flag(at, "shadow", true);
+    light->seen = read_flag(at, "camera", false);
+    light->shadowless = !read_flag(at, "shadow", true);
     json_end(at);
 }
 

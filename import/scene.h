@@ -108,6 +108,7 @@ struct scene_normal {
     enum normal_type type;
     int texture; /* an image or a checker */
     float strength, distance; /* HEIGHT: m */
+    float filter;             /* HEIGHT: pixels over which heights are compared */
     bool invert;              /* HEIGHT */
 };
 
@@ -159,7 +160,8 @@ struct scene_object {
     uint32_t slot_count;
     int *materials;      /* one a slot; owned. No slots: the default material */
     float transform[12]; /* object to world */
-    bool camera, shadow; /* seen by camera rays; casts shadows */
+    bool hidden;         /* camera rays don't see it */
+    bool shadowless;     /* it casts no shadow */
 };
 
 enum light_type { LIGHT_POINT, LIGHT_SPOT, LIGHT_AREA, LIGHT_SUN };
@@ -176,7 +178,8 @@ struct scene_light {
     float angle;            /* SPOT: full opening; SUN: full diameter; rad */
     float blend;            /* SPOT: 0 .. 1 */
     float spread;           /* AREA: full opening, rad; pi: all */
-    bool camera, shadow;    /* camera rays see it; things cast shadows in its light */
+    bool seen;              /* by camera rays */
+    bool shadowless;        /* nothing casts a shadow in its light */
 };
 
 struct scene_note {

@@ -2,7 +2,7 @@
 #include "render/bumps.h"
 
 /* The least change of uv that heights are compared over: less would drown in rounding. */
-#define LEAST_CHANGE 3e-5f
+#define LEAST_CHANGE 1e-4f
 
 struct uv_axes uv_axes(const float3 corners[static 3], const float2 uvs[static 3])
 {
@@ -69,6 +69,7 @@ static float3 raised(const struct textures *textures, const struct scene_normal 
 float3 bumps_normal(const struct textures *textures, const struct scene_normal *bumps,
                     const struct texture_place *place, const struct uv_axes *axes, float3 n, float step)
 {
-    if (bumps->type == NORMAL_MAP) return mapped(texture_lookup(textures, bumps->texture, place), bumps, place, axes, n);
+    if (bumps->type == NORMAL_MAP)
+        return mapped(texture_lookup(textures, bumps->texture, place), bumps, place, axes, n);
     return raised(textures, bumps, place, axes, n, step);
 }

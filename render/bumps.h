@@ -13,8 +13,8 @@ struct uv_axes {
 
 struct uv_axes uv_axes(const float3 corners[static 3], const float2 uvs[static 3]);
 
-/* The bent normal, unit, at a place where the mesh's is n (unit, on the viewer's side), with place->front the side where
- * the mesh's own normal points. step: m, over which heights are compared. n itself where uv are no map. */
+/* The bent normal, unit, at a place where the mesh's is n (unit, on the viewer's side). step: m, over which heights are
+ * compared. n itself where uv are no map. */
 float3 bumps_normal(const struct textures *textures, const struct scene_normal *bumps,
                     const struct texture_place *place, const struct uv_axes *axes, float3 n, float step);
 

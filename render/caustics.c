@@ -12,10 +12,13 @@
 enum { CANDIDATES = 1 << 18, PHOTONS = 1 << 17, SEED_CAUSTICS = 601 };
 /* How much fewer points lie on triangles that aren't glossy in their middle: a texture may have it otherwise. */
 #define ELSEWHERE .05
-/* The estimate reaches so many pixels where a photon is in the median; half of it, and half again, where that still
- * has ENOUGH photons. COVER rays find how much surface there is. */
+/* The estimate reaches so many pixels where a photon is in the median, and up to WIDER times that for ENOUGH photons,
+ * less where there are PLENTY, by the median of PROBES places; half of it, and half again, where that still has ENOUGH.
+ * COVER rays find whether there is surface all about, COVER_EDGE more how much, if not: the reciprocal of few would be
+ * too large in the mean. */
 #define REACH_PIXELS 10.0f
-enum { HALVES = 3, ENOUGH = 200, COVER = 8 };
+#define WIDER 3.0f
+enum { HALVES = 3, ENOUGH = 100, PLENTY = 400, COVER = 8, COVER_EDGE = 32, PROBES = 256 };
 /* Photons count where normals differ by less than 45 degrees. */
 #define NORMAL_COSINE .7f
 
@@ -199,27 +202,84 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Sorts the photons by bucket; false: no memory. */
-static bool sort(const struct model *model, struct caustics *caustics)
+/* Sorts the photons into `sorted` by the buckets of cells as wide as the reach is now. */
+static void sort(struct caustics *caustics, struct photon *sorted)
 {
-    float *widths = malloc((caustics->count + 1) * sizeof *widths);
+    uint32_t *start = caustics->buckets + 1; /* of each bucket, one ahead while they are filled */
+    memset(caustics->buckets, 0, ((size_t)caustics->bucket_count + 2) * sizeof *caustics->buckets);
+    for (uint32_t i = 0; i < caustics->count; i++) start[bucket_at(caustics, caustics->photons[i].p) + 1]++;
+    for (uint32_t i = 0; i < caustics->bucket_count; i++) start[i + 1] += start[i];
+    for (uint32_t i = 0; i < caustics->count; i++)
+        sorted[start[bucket_at(caustics, caustics->photons[i].p)]++] = caustics->photons[i];
+    memcpy(caustics->photons, sorted, caustics->count * sizeof *sorted);
+}
+
+/* Sums over photons within reach, reach/2, reach/4. */
+struct estimate {
+    rgb flux[HALVES];
+    int count[HALVES];
+};
+
+static void add_bucket(const struct caustics *caustics, uint32_t bucket, float3 p, float3 n, struct estimate *estimate)
+{
+    float reach2 = sqr(caustics->reach);
+    for (uint32_t i = caustics->buckets[bucket]; i < caustics->buckets[bucket + 1]; i++) {
+        const struct photon *photon = &caustics->photons[i];
+        float3 d = sub(photon->p, p);
+        float d2 = dot(d, d);
+        if (d2 >= reach2 || dot(photon->n, n) < NORMAL_COSINE) continue;
+        for (int k = 0; k < HALVES && d2 * (float)(1 << 2 * k) < reach2; k++) {
+            estimate->flux[k] = add(estimate->flux[k], photon->flux);
+            estimate->count[k]++;
+        }
+    }
+}
+
+static struct estimate estimate_at(const struct caustics *caustics, float3 p, float3 n)
+{
+    struct estimate estimate = {0};
+    uint32_t seen[8];
+    int seen_count = 0, low[3] = {cell_of(caustics, p.x - caustics->reach), cell_of(caustics, p.y - caustics->reach),
+                                  cell_of(caustics, p.z - caustics->reach)};
+    for (int i = 0; i < 8; i++) {
+        uint32_t bucket = bucket_of(caustics, low[0] + (i & 1), low[1] + (i >> 1 & 1), low[2] + (i >> 2));
+        bool again = false;
+        for (int j = 0; j < seen_count; j++) again |= seen[j] == bucket;
+        if (again) continue;
+        seen[seen_count++] = bucket;
+        add_bucket(caustics, bucket, p, n, &estimate);
+    }
+    return estimate;
+}
+
+/* Chooses the reach, and sorts the photons for it. False: no memory. */
+static bool arrange(const struct model *model, struct caustics *caustics)
+{
+    float *values = malloc((caustics->count + 1) * sizeof *values);
     struct photon *sorted = malloc((caustics->count + 1) * sizeof *sorted);
+    uint32_t step = caustics->count / PROBES + 1, probes = 0;
     caustics->bucket_count = caustics->count + 1;
-    caustics->buckets = calloc((size_t)caustics->bucket_count + 2, sizeof *caustics->buckets);
-    bool ok = widths && sorted && caustics->buckets;
+    caustics->buckets = malloc(((size_t)caustics->bucket_count + 2) * sizeof *caustics->buckets);
+    bool ok = values && sorted && caustics->buckets;
     if (ok && caustics->count) {
         for (uint32_t i = 0; i < caustics->count; i++)
-            widths[i] = camera_pixel_width(&model->scene->camera, caustics->photons[i].p);
-        qsort(widths, caustics->count, sizeof *widths, compare_floats);
-        caustics->reach = REACH_PIXELS * widths[caustics->count / 2];
-        uint32_t *start = caustics->buckets + 1; /* of each bucket, one ahead while they are filled */
-        for (uint32_t i = 0; i < caustics->count; i++) start[bucket_at(caustics, caustics->photons[i].p) + 1]++;
-        for (uint32_t i = 0; i < caustics->bucket_count; i++) start[i + 1] += start[i];
-        for (uint32_t i = 0; i < caustics->count; i++)
-            sorted[start[bucket_at(caustics, caustics->photons[i].p)]++] = caustics->photons[i];
-        memcpy(caustics->photons, sorted, caustics->count * sizeof *sorted);
+            values[i] = camera_pixel_width(&model->scene->camera, caustics->photons[i].p);
+        qsort(values, caustics->count, sizeof *values, compare_floats);
+        caustics->reach = REACH_PIXELS * values[caustics->count / 2];
+        sort(caustics, sorted);
+        for (uint32_t i = 0; i < caustics->count; i += step)
+            values[probes++] =
+                (float)estimate_at(caustics, caustics->photons[i].p, caustics->photons[i].n).count[0];
+        qsort(values, probes, sizeof *values, compare_floats);
+        float median = values[probes / 2], wider = 1;
+        if (median < ENOUGH) wider = minf(sqrtf(ENOUGH / median), WIDER);
+        if (median > PLENTY) wider = sqrtf(PLENTY / median);
+        if (wider != 1) {
+            caustics->reach *= wider;
+            sort(caustics, sorted);
+        }
     }
-    free(widths);
+    free(values);
     free(sorted);
     return ok;
 }
@@ -250,14 +310,25 @@ static bool send_all(const struct model *model, struct candidate *candidates, ui
         if (arrived[i]) caustics->photons[caustics->count++] = caustics->photons[i];
     free(arrived);
     free(source);
-    return ok && sort(model, caustics);
+    return ok && arrange(model, caustics);
+}
+
+/* Whether a material may reflect by lobes. */
+static bool any_glossy(const struct scene *scene)
+{
+    for (int i = 0; i < scene->material_count; i++)
+        for (int k = 0; k < scene->materials[i].closure_count; k++) {
+            enum closure_type type = scene->materials[i].closures[k].type;
+            if (type != CLOSURE_DIFFUSE && type != CLOSURE_TRANSLUCENT && type != CLOSURE_TRANSPARENT) return true;
+        }
+    return false;
 }
 
 bool caustics_build(const struct model *model, uint64_t seed, struct caustics *caustics)
 {
     struct sites sites = {0};
     *caustics = (struct caustics){0};
-    if (!lights_any(model->lights) || !model->triangle_count) return true;
+    if (!lights_any(model->lights) || !model->triangle_count || !any_glossy(model->scene)) return true;
     struct candidate *candidates = malloc(CANDIDATES * sizeof *candidates);
     bool ok = candidates && find_sites(model, &sites);
 #pragma omp parallel for schedule(dynamic, 1024)
@@ -277,64 +348,38 @@ void caustics_free(struct caustics *caustics)
     *caustics = (struct caustics){0};
 }
 
-/* Sums over photons within reach, reach/2, reach/4. */
-struct estimate {
-    rgb flux[HALVES];
-    int count[HALVES];
-};
-
-static void add_bucket(const struct caustics *caustics, uint32_t bucket, float3 p, float3 n,
-                       struct estimate *estimate)
-{
-    float reach2 = sqr(caustics->reach);
-    for (uint32_t i = caustics->buckets[bucket]; i < caustics->buckets[bucket + 1]; i++) {
-        const struct photon *photon = &caustics->photons[i];
-        float3 d = sub(photon->p, p);
-        float d2 = dot(d, d);
-        if (d2 >= reach2 || dot(photon->n, n) < NORMAL_COSINE) continue;
-        for (int k = 0; k < HALVES && d2 * (float)(1 << 2 * k) < reach2; k++) {
-            estimate->flux[k] = add(estimate->flux[k], photon->flux);
-            estimate->count[k]++;
-        }
-    }
-}
-
-/* The share of a disc about the point that is surface, seen from above its middle. */
-static float coverage(const struct model *model, float3 p, struct side side, float radius, struct rng *rng)
+/* How many of `rays` points spread over a disc about p are surface, seen from above its middle. */
+static int covered(const struct model *model, float3 p, struct side side, float radius, int rays, struct rng *rng)
 {
     struct frame frame = frame_about(side.ng);
     float turn = rng_float(rng), u = rng_float(rng);
     float3 above = mad(side.origin, side.ng, .25f * radius);
     int found = 0;
-    for (int i = 0; i < COVER; i++) {
-        float r = radius * sqrtf(((float)i + u) / COVER), phi = 2 * PI * (turn + .618034f * (float)i);
+    for (int i = 0; i < rays; i++) {
+        float r = radius * sqrtf(((float)i + u) / (float)rays), phi = 2 * PI * (turn + .618034f * (float)i);
         float3 to = sub(mad(mad(p, frame.t, r * cosf(phi)), frame.b, r * sinf(phi)), above);
         float distance = length(to);
         struct hit hit;
         if (trace_closest(model->trace, above, scale(to, 1 / distance), 1.5f * distance, &hit))
             found += hit.t > .8f * distance;
     }
-    return maxf((float)found, 1) / COVER;
+    return found;
+}
+
+/* The share of a disc that is surface. */
+static float coverage(const struct model *model, float3 p, struct side side, float radius, struct rng *rng)
+{
+    if (covered(model, p, side, radius, COVER, rng) == COVER) return 1;
+    int found = covered(model, p, side, radius, COVER_EDGE, rng);
+    return (float)(found > 0 ? found : 1) / COVER_EDGE;
 }
 
 rgb caustics_irradiance(const struct model *model, const struct caustics *caustics, float3 p, struct side side,
                         struct rng *rng)
 {
-    struct estimate estimate = {0};
-    uint32_t seen[8];
-    int seen_count = 0, low[3], k = 0;
+    int k = 0;
     if (!caustics->count) return (rgb){0};
-    low[0] = cell_of(caustics, p.x - caustics->reach);
-    low[1] = cell_of(caustics, p.y - caustics->reach);
-    low[2] = cell_of(caustics, p.z - caustics->reach);
-    for (int i = 0; i < 8; i++) {
-        uint32_t bucket = bucket_of(caustics, low[0] + (i & 1), low[1] + (i >> 1 & 1), low[2] + (i >> 2));
-        bool again = false;
-        for (int j = 0; j < seen_count; j++) again |= seen[j] == bucket;
-        if (again) continue;
-        seen[seen_count++] = bucket;
-        add_bucket(caustics, bucket, p, side.n, &estimate);
-    }
+    struct estimate estimate = estimate_at(caustics, p, side.n);
     while (k + 1 < HALVES && estimate.count[k + 1] >= ENOUGH) k++;
     if (!estimate.count[k]) return (rgb){0};
     float radius = caustics->reach / (float)(1 << k);

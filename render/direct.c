@@ -234,7 +234,7 @@ static rgb sample_side(const struct direct *direct, const struct point *point, b
         sum = mad(sum, mul(light.weight, f), cosine * mis);
     }
     if (is_black(sum)) return sum;
-    return mul(sum, pane_transmittance(direct->model, side.origin, light.wi, light.distance));
+    return mul(sum, pane_transmittance(direct->model, side.origin, light.wi, light.reach));
 }
 
 rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged)
@@ -271,7 +271,7 @@ static bool aim(const struct look *look, int k, int i, float along, struct rng *
             return false;
         /* Sampled from the mean point: the same place from this origin. */
         float3 to = isinf(light.distance) ? light.wi : sub(mad(point->origin, light.wi, light.distance), origin);
-        ray->tfar = isinf(light.distance) ? INFINITY : length(to);
+        ray->tfar = light.reach == 0 ? 0 : isinf(light.distance) ? INFINITY : length(to);
         ray->dir = normalize(to);
     }
     return dot(ray->dir, point->ng) > 0;

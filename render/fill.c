@@ -57,14 +57,15 @@ struct places {
 static void look(const struct model *model, const struct fill *fill, const struct places *places, uint32_t place,
                  struct draft *draft)
 {
-    *draft = (struct draft){.lamps = fill->options.lamps, .anywhere = !places->pixels};
+    *draft = (struct draft){
+        .lamps = fill->options.lamps, .anywhere = !places->pixels, .coarseness = fill->options.coarseness};
     if (places->pixels) {
         const struct scene_camera *camera = &model->scene->camera;
         uint32_t pixel = places->pixels[place];
         int x = (int)pixel % camera->width, y = (int)pixel / camera->width;
         struct ray ray = camera_ray(camera, (float)x + .5f, (float)y + .5f);
         struct hit hit;
-        if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
+        if (!trace_camera(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
         shade_point(model, ray, &hit, &draft->point);
     } else if (!surfaces_point(&places->surfaces, place, &draft->point)) {
         return;
@@ -220,7 +221,7 @@ bool fill_build(const struct model *model, const struct fill_options *options, s
     *fill = (struct fill){
         .options = *options, .diffuse.zones = cache_empty(RECORD_STRETCH), .glossy.zones = cache_empty(RECORD_STRETCH)};
     progress_begin(progress, "diffuse cache", trace_rays(model->trace));
-    if (!diffuse_cache_build(model, options->seed, progress, &fill->bounced, error)) return false;
+    if (!diffuse_cache_build(model, options->coarseness, options->seed, progress, &fill->bounced, error)) return false;
     progress_end(progress, trace_rays(model->trace));
     if (fill_tables(model->scene, fill) && fill_extend(model, progress, fill, error)) return true;
     fill_free(fill);

@@ -44,11 +44,11 @@ static struct lobe widened(const struct lobe *lobe, float omega)
 struct lamp_light {
     rgb diffuse, specular;
     float3 wi;
-    float distance;
+    float distance, reach; /* as light_sample's */
 };
 
 /* One of `count` lamp samples on a side of the surface: its lobes averaged, where that is wanted and they are resolved,
- * over the part of the lamps that it stands for, or with the MIS weight against sampling each. False where none arrives. */
+ * over the part of the lamps that it stands for, or with the MIS weight against sampling each. False: none arrives. */
 static bool candidate(const struct model *model, const struct point *point, const struct side *side, bool averages,
                       int count, const float u[static 3], struct lamp_light *out)
 {
@@ -59,7 +59,9 @@ static bool candidate(const struct model *model, const struct point *point, cons
     if (cosine <= 0 || dot(light.wi, side->ng) <= 0) return false;
     rgb diffuse = dot(light.wi, point->n) > 0 ? brdf->kd : brdf->kt;
     *out = (struct lamp_light){
-        .diffuse = scale(mul(light.weight, diffuse), cosine / PI), .wi = light.wi, .distance = light.distance};
+        .diffuse = scale(mul(light.weight, diffuse), cosine / PI), .wi = light.wi,
+        .distance = light.distance,
+        .reach = light.reach};
     for (int i = 0; i < brdf->lobe_count; i++) {
         struct lobe lobe = brdf->lobes[i];
         float weight = cosine;
@@ -99,7 +101,7 @@ static bool lamp_light(const struct model *model, const struct point *point, boo
             pick = (pick - p) / (1 - p);
         }
     }
-    rgb passed = sum > 0 ? pane_transmittance(model, from.origin, out->wi, out->distance) : vec3(0, 0, 0);
+    rgb passed = sum > 0 ? pane_transmittance(model, from.origin, out->wi, out->reach) : vec3(0, 0, 0);
     if (is_black(passed)) return false;
     passed = scale(passed, sum / (chosen * (float)count));
     out->diffuse = mul(out->diffuse, passed);

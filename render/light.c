@@ -25,10 +25,11 @@ struct lights {
 
 static bool build_emitters(struct lights *lights, const struct textures *textures)
 {
-    for (int i = 0; i < lights->scene->object_count; i++) {
+    const struct scene *scene = lights->scene;
+    for (int i = 0; i < scene->object_count; i++) {
         struct emitter *emitter = &lights->emitters[lights->emitter_count];
         lights->emitter_of[i] = -1;
-        if (!emitter_build(lights->scene, textures, &lights->scene->objects[i], &lights->objects[i], emitter)) return false;
+        if (!emitter_build(scene, textures, &scene->objects[i], &lights->objects[i], emitter)) return false;
         if (emitter->strength > 0) lights->emitter_of[i] = lights->emitter_count++;
         else emitter_free(emitter);
     }
@@ -64,7 +65,8 @@ static bool build(struct lights *lights, const struct textures *textures, float 
     if (!lights->lamps || !lights->emitters || !lights->emitter_of) return false;
     for (int i = 0; i < scene->light_count; i++)
         lights->lamp_count += lamp_make(&scene->lights[i], &lights->lamps[lights->lamp_count]);
-    if (!build_emitters(lights, textures) || !environment_build(&scene->world, textures, &lights->environment)) return false;
+    if (!build_emitters(lights, textures)) return false;
+    if (!environment_build(&scene->world, textures, &lights->environment)) return false;
     lights->count = lights->lamp_count + lights->emitter_count + (lights->environment.strong_flux > 0);
     return lights->count <= WEIGHED || build_chances(lights, radius);
 }
@@ -151,6 +153,7 @@ static float irradiance(const struct lights *lights, int light, float3 p, float3
 static float chance(const struct lights *lights, int light, float3 p, float3 n)
 {
     if (lights->cumulative) return lights->cumulative[light + 1] - lights->cumulative[light];
+    if (lights->count == 1) return 1;
     float sum = 0, own = irradiance(lights, light, p, n);
     for (int i = 0; i < lights->count; i++) sum += i == light ? own : irradiance(lights, i, p, n);
     return own > 0 ? own / sum : 0;
@@ -159,6 +162,10 @@ static float chance(const struct lights *lights, int light, float3 p, float3 n)
 /* Chooses a light and makes u uniform again; -1 where none can light p. */
 static int choose(const struct lights *lights, float3 p, float3 n, float *u, float *chance_of)
 {
+    if (lights->count == 1) {
+        *chance_of = 1;
+        return 0;
+    }
     if (lights->cumulative) {
         int low = 0, high = lights->count;
         while (high - low > 1) {
@@ -205,7 +212,11 @@ bool lights_sample(const struct lights *lights, float3 p, float3 n, const float 
         if (!(s.pdf > 0) || is_black(s.radiance)) return false;
     }
     float pdf = s.pdf * chance_of;
-    *sample = (struct light_sample){s.wi, s.distance, scale(s.radiance, 1 / (s.pdf > 0 ? pdf : chance_of)), pdf};
+    *sample = (struct light_sample){.wi = s.wi,
+                                    .distance = s.distance,
+                                    .weight = scale(s.radiance, 1 / (s.pdf > 0 ? pdf : chance_of)),
+                                    .pdf = pdf,
+                                    .reach = emitter < 0 && lights->lamps[light].shadowless ? 0 : s.distance};
     return true;
 }
 
@@ -224,13 +235,24 @@ rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float
     rgb sum = {0}, radiance;
     float pdf_lamp, largest = 0;
     for (int i = 0; i < lights->lamp_count; i++) {
-        float t = tmax;
+        float t = lights->lamps[i].shadowless ? INFINITY : tmax;
         if (!lamp_meet(&lights->lamps[i], p, n, dir, &t, &radiance, &pdf_lamp)) continue;
         sum = mad(sum, radiance, pdf == INFINITY ? 1 : mis_weight(pdf, pdf_lamp * chance(lights, i, p, n)));
         if (distance && luminance(radiance) > largest) {
             largest = luminance(radiance);
             *distance = t;
         }
+    }
+    return sum;
+}
+
+rgb lights_seen(const struct lights *lights, float3 eye, float3 dir, float tmax)
+{
+    rgb sum = {0}, radiance;
+    for (int i = 0; i < lights->lamp_count; i++) {
+        float t = tmax, pdf;
+        if (lights->lamps[i].seen && lamp_meet(&lights->lamps[i], eye, dir, dir, &t, &radiance, &pdf))
+            sum = add(sum, radiance);
     }
     return sum;
 }

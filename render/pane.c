@@ -9,16 +9,18 @@ rgb pane_transmittance(const struct model *model, float3 origin, float3 dir, flo
     const rgb black = {0};
     rgb passed = {1, 1, 1};
     if (!model->panes) return trace_occluded(model->trace, origin, dir, tfar) ? black : passed;
+    const float3 end = mad(origin, dir, isinf(tfar) ? 0 : tfar);
     for (int i = 0; i < MOST_PANES; i++) {
         struct hit hit;
         struct point point;
-        if (!trace_closest(model->trace, origin, dir, tfar, &hit)) return passed;
+        if (!trace_caster(model->trace, origin, dir, tfar, &hit)) return passed;
         if (!shade_may_pass(model, &hit)) return black;
         shade_point(model, (struct ray){origin, dir}, &hit, &point);
         passed = mul(passed, point.brdf.through);
         if (is_black(passed)) return black;
-        tfar -= hit.t;
         origin = shade_origin(&point, dir);
+        /* The way that is left, and by a hair less: rounding must not carry it to the light's own surface. */
+        if (!isinf(tfar)) tfar = dot(sub(end, origin), dir) * (1 - 1e-5f);
     }
     return black;
 }
@@ -32,16 +34,4 @@ void pane_transmittances(const struct model *model, const struct shadow_ray *ray
         if (model->panes) through[i] = pane_transmittance(model, rays[i].origin, rays[i].dir, rays[i].tfar);
         else through[i] = occluded[i] ? vec3(0, 0, 0) : vec3(1, 1, 1);
     }
-}
-
-bool pane_pass(const struct point *point, struct rng *rng, rgb *weight)
-{
-    float chance = brdf_pass_chance(&point->brdf, dot(point->n, point->wo));
-    if (chance == 0) return false;
-    if (rng_float(rng) < chance) {
-        *weight = mul(*weight, scale(point->brdf.through, 1 / chance));
-        return true;
-    }
-    *weight = scale(*weight, 1 / (1 - chance));
-    return false;
 }

@@ -6,8 +6,8 @@
 #include "render/rng.h"
 #include "render/shade.h"
 
-/* The share of light that comes through from (0, tfar) along a ray: white where nothing lies there, black where anything
- * opaque does, or glass. */
+/* The share of light that comes through from (0, tfar) along a ray: white where nothing lies there, black where
+ * anything opaque does, or glass. */
 rgb pane_transmittance(const struct model *model, float3 origin, float3 dir, float tfar);
 
 /* The same for up to a thousand rays, which cost far less together. */
@@ -15,6 +15,13 @@ void pane_transmittances(const struct model *model, const struct shadow_ray *ray
 
 /* Whether a path that has met a surface goes straight on, by chance; if not, it meets the rest of the surface. *weight
  * is multiplied by what the choice is worth. No random number is drawn at opaque ones. */
-bool pane_pass(const struct point *point, struct rng *rng, rgb *weight);
+static inline bool pane_pass(const struct point *point, struct rng *rng, rgb *weight)
+{
+    if (is_black(point->brdf.through)) return false;
+    float chance = brdf_pass_chance(&point->brdf, dot(point->n, point->wo));
+    bool passes = rng_float(rng) < chance;
+    *weight = passes ? mul(*weight, scale(point->brdf.through, 1 / chance)) : scale(*weight, 1 / (1 - chance));
+    return passes;
+}
 
 #endif

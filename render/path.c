@@ -93,24 +93,26 @@ static bool follow(const struct model *model, const struct bounce *b, struct rng
 static rgb reflected(const struct model *model, const struct point *first, struct source *source, rgb *direct)
 {
     rgb sum = {0}, throughput = {1, 1, 1}, met, rest, passed;
-    struct point point = *first, next;
+    struct point points[2];
+    const struct point *point = first;
     struct bounce bounce;
     *direct = direct_light(model, first, source);
-    for (int bounces = 0; bounce_from(&point, source, &bounce); bounces++) {
+    for (int bounces = 0; bounce_from(point, source, &bounce); bounces++) {
+        struct point *next = &points[bounces & 1];
         throughput = mul(throughput, bounce.weight);
         if (bounces >= ROULETTE_FROM) {
             float survival = minf(max3(throughput), 0.98f);
             if (rng_float(source->rng) >= survival) break;
             throughput = scale(throughput, 1 / survival);
         }
-        bool found = follow(model, &bounce, source->rng, &next, &met, &rest, &passed);
+        bool found = follow(model, &bounce, source->rng, next, &met, &rest, &passed);
         if (bounces == 0) *direct = add(*direct, mul(throughput, met));
         else sum = add(sum, mul(throughput, met));
         sum = add(sum, mul(throughput, rest));
         if (!found) break;
         throughput = mul(throughput, passed);
         point = next;
-        sum = add(sum, mul(throughput, direct_light(model, &point, source)));
+        sum = add(sum, mul(throughput, direct_light(model, point, source)));
     }
     return sum;
 }

@@ -3,15 +3,21 @@
 
 #include "render/pane.h"
 
-bool primary(const struct model *model, float x, float y, struct rng *rng, struct pixel *pixel, struct point *point)
+bool primary(const struct model *model, float x, float y, float2 lens, struct rng *rng, struct pixel *pixel,
+             struct point *point)
 {
-    struct ray ray = camera_ray(&model->scene->camera, x, y);
+    struct ray ray = camera_lens_ray(&model->scene->camera, x, y, lens);
+    const float3 eye = ray.origin;
     struct hit hit;
     float pdf, travelled = 0;
-    rgb passed = {1, 1, 1};
+    rgb passed = {1, 1, 1}, nearer = {0};
     pixel->samples += 1;
     for (;;) {
-        if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) {
+        bool found = trace_camera(model->trace, ray.origin, ray.dir, INFINITY, &hit);
+        rgb lamps = lights_seen(model->lights, eye, ray.dir, found ? travelled + hit.t : INFINITY);
+        pixel->emission = add(pixel->emission, mul(passed, sub(lamps, nearer))); /* those before panes are counted */
+        nearer = lamps;
+        if (!found) {
             rgb strong = lights_strong(model->lights, ray.origin, ray.dir, ray.dir, &pdf);
             rgb sky = add(strong, lights_rest(model->lights, ray.dir));
             pixel->emission = add(pixel->emission, mul(passed, sky));

@@ -6,9 +6,6 @@
 #include "render/surface.h"
 #include "render/transform.h"
 
-/* Heights are compared over so many pixels: the Bump node's filter width. */
-#define BUMP_STEP .1f
-
 /* A normal whose mirror direction of wo stands at least this far above ng's horizon (or nearly as far as wo itself).
  * With n at angle a from ng in the plane of both, and wo at angle b there with length w, the mirror direction has the
  * component w cos(2a - b) along ng; the largest a that keeps it at t is (b + acos(t/w)) / 2. */
@@ -63,14 +60,16 @@ static void shade_material(const struct model *model, const struct scene_materia
         .cosine = fabsf(dot(point->n, point->wo)),
         .front = point->front};
     struct uv_axes axes = {0};
+    float3 unbent = bent ? point->n : vec3(0, 0, 0);
     if (bent || surface_has_tangent(material)) axes = axes_at(model, hit);
     point->emission = surface_emission(textures, material, &place);
     if (bent) {
-        float step = BUMP_STEP * camera_pixel_width(&model->scene->camera, point->p);
+        float step = material->normal.filter * camera_pixel_width(&model->scene->camera, point->p);
         point->n = bumps_normal(textures, &material->normal, &place, &axes, point->n, step);
     }
     if (surface_is_glossy(material)) point->n = pull_normal(point->n, point->ng, point->wo);
-    point->brdf = surface_brdf(textures, material, &place, point->n, point->wo, axes.du);
+    surface_brdf(textures, material, &place, point->n, point->wo, axes.du, &point->brdf);
+    point->brdf.unbent = unbent;
 }
 
 void shade_point(const struct model *model, struct ray ray, const struct hit *hit, struct point *point)
@@ -89,8 +88,12 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
     ng = normalize(ng);
     float3 n = surface_normal(object, hit->triangle, hit->u, hit->v);
     if (!(dot(n, n) > 0)) n = ng;
-    *point =
-        (struct point){.p = p, .wo = scale(ray.dir, -1), .object = hit->object, .triangle = hit->triangle};
+    /* One by one: the room for lobes is large, and need not be zero. */
+    point->p = p;
+    point->wo = scale(ray.dir, -1);
+    point->emission = vec3(0, 0, 0);
+    point->object = hit->object;
+    point->triangle = hit->triangle;
     point->front = dot(ng, point->wo) >= 0;
     point->ng = point->front ? ng : scale(ng, -1);
     point->n = point->front ? n : scale(n, -1);
@@ -136,7 +139,7 @@ static rgb direct_from(const struct model *model, const struct point *point, boo
     if (cos_i <= 0 || dot(side.ng, sample.wi) <= 0) return black;
     rgb f = brdf_eval_pdf(&point->brdf, point->n, point->wo, sample.wi, &pdf);
     if (is_black(f)) return black;
-    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.distance);
+    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.reach);
     float weight = mis && sample.pdf > 0 ? mis_weight(sample.pdf, pdf) : 1;
     return mul(mul(f, lit), scale(sample.weight, cos_i * weight));
 }

@@ -129,20 +129,19 @@ static struct brdf closure_brdf(const struct site *site, const struct scene_clos
     return (struct brdf){0};
 }
 
-struct brdf surface_brdf(const struct textures *textures, const struct scene_material *material,
-                         const struct texture_place *place, float3 n, float3 wo, float3 tangent)
+void surface_brdf(const struct textures *textures, const struct scene_material *material,
+                  const struct texture_place *place, float3 n, float3 wo, float3 tangent, struct brdf *brdf)
 {
     struct site site = {textures, place, n, tangent, dot(n, wo)};
-    struct brdf sum = {0};
+    brdf_clear(brdf);
     for (int i = 0; i < material->closure_count; i++) {
         const struct scene_closure *closure = &material->closures[i];
         if (place->front ? !closure->front : !closure->back) continue;
         rgb weight = colour(&site, &closure->weight);
         if (is_black(weight)) continue;
         struct brdf part = closure_brdf(&site, closure);
-        brdf_add(&sum, &part, weight);
+        brdf_add(brdf, &part, weight);
     }
-    return sum;
 }
 
 bool surface_is_glossy(const struct scene_material *material)

@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes an artist's .blend small enough to be kept here, and gives it the size of its stored references.
 
-    build/venv/bin/python scenes/shrink.py SOURCE.blend scenes/NAME/NAME.blend --size 320x180
+    build/venv/bin/python scenes/shrink.py SOURCE.blend scenes/NAME/NAME.blend --size 320x180 [--jpeg]
 
 Meshes that are one shape in several places become one mesh; positions are rounded to 2^-16 of the mesh's extent, UVs to
-2^-14; edges are put in the order in which faces use them, which packs better; data that nothing uses goes; the file is
-packed by zstd at its highest level, which Blender reads. Shapes, materials, pictures, lights and the camera stay.
-Needs the program zstd.
+2^-14; edges are put in the order in which faces use them, which packs better; with --jpeg pictures of colours become
+JPEG of quality 80 where that is smaller; data that nothing uses goes; the file is packed by zstd at its highest level,
+which Blender reads. Shapes, materials, lights and the camera stay. Needs the program zstd.
 """
 import argparse
 import collections
 import hashlib
+import io
 import math
 import os
 import subprocess
@@ -19,8 +20,9 @@ import tempfile
 import bpy
 import numpy
 from mathutils import Matrix
+from PIL import Image
 
-POSITION_BITS, UV_BITS = 16, 14
+POSITION_BITS, UV_BITS, JPEG_QUALITY = 16, 14, 80
 SAME_SHAPE = 2e-5  # metres between two meshes that count as one shape
 SELECTION = (".select_vert", ".select_edge", ".select_poly")
 
@@ -118,6 +120,27 @@ def sort_edges(mesh):
     write(mesh.loops, "edge_index", place[used])
 
 
+def is_height(picture):
+    """Whether a Bump node uses it: the blocks of a JPEG would show."""
+    trees = [material.node_tree for material in bpy.data.materials if material.node_tree]
+    return any(link.from_node.type == "TEX_IMAGE" and link.from_node.image == picture and link.to_node.type == "BUMP"
+               for tree in trees for link in tree.links)
+
+
+def encode(picture):
+    """A picture of colours without alpha as JPEG, if that is smaller by a tenth."""
+    if picture.file_format not in ("JPEG", "PNG") or picture.colorspace_settings.name != "sRGB" or is_height(picture):
+        return
+    before = picture.packed_file.data
+    pixels, after = Image.open(io.BytesIO(before)), io.BytesIO()
+    if pixels.mode != "RGB":
+        return
+    pixels.save(after, "JPEG", quality=JPEG_QUALITY, optimize=True)
+    if len(after.getvalue()) < .9 * len(before):
+        picture.pack(data=after.getvalue(), data_len=len(after.getvalue()))
+        picture.filepath = os.path.splitext(picture.filepath)[0] + ".jpg"
+
+
 def pack(path):
     """The open file, as small as zstd makes it."""
     bpy.data.orphans_purge(do_recursive=True)
@@ -133,6 +156,7 @@ def main():
     parser.add_argument("source")
     parser.add_argument("output")
     parser.add_argument("--size", required=True, metavar="WxH")
+    parser.add_argument("--jpeg", action="store_true")
     options = parser.parse_args()
     bpy.ops.wm.open_mainfile(filepath=os.path.abspath(options.source), load_ui=False, use_scripts=False)
     render = bpy.context.scene.render
@@ -141,6 +165,8 @@ def main():
     for picture in bpy.data.images:
         if not picture.packed_file and picture.source == "FILE":
             picture.pack()
+        if options.jpeg and picture.packed_file:
+            encode(picture)
     objects = [thing for thing in bpy.data.objects if thing.type == "MESH"]
     share(objects)
     for mesh in dict.fromkeys(thing.data for thing in objects):

@@ -73,7 +73,9 @@ static void draw(const struct model *model, const struct fill *fill, struct pixe
     struct cached cached;
     assert_true(cached_prepare(model, fill, 2, 9, &cached));
     memset(pixels, 0, SIZE * SIZE * sizeof *pixels);
-    for (int i = 0; i < SIZE * SIZE; i++) cached_pixel(&cached, i % SIZE, i / SIZE, &pixels[i]);
+    struct shadow_memory memory;
+    direct_forget(&memory);
+    for (int i = 0; i < SIZE * SIZE; i++) cached_pixel(&cached, i % SIZE, i / SIZE, &memory, &pixels[i]);
     cached_free(&cached);
 }
 

@@ -262,33 +262,11 @@ static void pulled_normals(void **state)
     }
 }
 
-/* Rays through a picture's corners and centre, a new aspect, a pixel's solid angle. */
-static void camera_rays(void **state)
-{
-    (void)state;
-    /* Looks along +y from (1, 2, 3), z up; twice as wide as high, shifted to the right. */
-    struct scene_camera camera = {.transform = {1, 0, 0, 1, 0, 0, -1, 2, 0, 1, 0, 3},
-                                  .window = {-0.5f, 1.5f, -0.5f, 0.5f},
-                                  .width = 200,
-                                  .height = 100};
-    struct ray corner = camera_ray(&camera, 0, 0), axis = camera_ray(&camera, 50, 50);
-    assert_float_equal(corner.origin.z, 3, 0);
-    assert_float_equal(corner.dir.x / corner.dir.y, -0.5f, 1e-6f);
-    assert_float_equal(corner.dir.z / corner.dir.y, 0.5f, 1e-6f);
-    assert_float_equal(axis.dir.y, 1, 1e-6f);
-    assert_float_equal(length(corner.dir), 1, 1e-6f);
-    assert_float_equal(camera_pixel_angle(&camera), 1e-4f, 1e-8f);
-    camera_resize(&camera, 50, 50);
-    assert_float_equal(camera.window[0], 0, 1e-6f);
-    assert_float_equal(camera.window[1], 1, 1e-6f);
-    assert_float_equal(camera.window[3], 0.5f, 1e-6f);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(closed_furnace), cmocka_unit_test(even_sky),       cmocka_unit_test(disc_emitter),
         cmocka_unit_test(two_strategies), cmocka_unit_test(no_leaks),       cmocka_unit_test(instances),
-        cmocka_unit_test(incident),       cmocka_unit_test(pulled_normals), cmocka_unit_test(camera_rays)};
+        cmocka_unit_test(incident),       cmocka_unit_test(pulled_normals)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

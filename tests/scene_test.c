@@ -156,7 +156,7 @@ static void reads_the_example(void **state)
     assert_true(foil[1].type == CLOSURE_SHEEN && !foil[1].front && foil[1].back && foil[1].roughness.value == .5f);
     const struct scene_normal *bumps = &s.materials[4].normal;
     assert_true(bumps->type == NORMAL_HEIGHT && bumps->texture == 2 && bumps->strength == 1);
-    assert_true(bumps->distance == .01f && bumps->invert && s.materials[4].emission.texture == 0);
+    assert_true(bumps->distance == .01f && bumps->filter == 1 && bumps->invert && s.materials[4].emission.texture == 0);
     assert_int_equal(s.materials[5].closure_count, 4);
     assert_true(pane[0].type == CLOSURE_GLASS && pane[0].distribution == CLOSURE_MULTI_GGX);
     assert_true(pane[0].ior.value == 1.45f && pane[0].weight.value[0] == .5f);
@@ -180,13 +180,13 @@ static void reads_the_example(void **state)
     assert_string_equal(s.objects[1].name, "Box.001");
     assert_true(s.objects[0].slot_count == 2 && s.objects[0].materials[1] == 3);
     assert_true(s.objects[1].mesh == 1 && s.objects[1].materials[0] == 2 && s.objects[1].transform[11] == .5f);
-    assert_true(s.objects[0].camera && s.objects[0].shadow && !s.objects[1].camera && !s.objects[1].shadow);
+    assert_true(!s.objects[0].hidden && !s.objects[0].shadowless && s.objects[1].hidden && s.objects[1].shadowless);
 
     assert_int_equal(s.light_count, 4);
     const struct scene_light *l = s.lights;
     assert_true(l[0].type == LIGHT_AREA && l[0].shape == LIGHT_RECTANGLE && l[0].size[1] == .5f);
     assert_true(l[0].spread <= (float)M_PI && l[0].spread > 3.14f && l[0].power[2] == 10 && l[0].transform[11] == 4);
-    assert_true(l[0].camera && !l[0].shadow && !l[1].camera && l[1].shadow);
+    assert_true(l[0].seen && l[0].shadowless && !l[1].seen && !l[1].shadowless);
     assert_true(l[1].type == LIGHT_POINT && l[1].shape == LIGHT_SPHERE && l[1].radius == .1f);
     assert_true(l[2].type == LIGHT_SPOT && l[2].shape == LIGHT_DISC && l[2].angle == .8f && l[2].blend == .15f);
     assert_true(l[3].type == LIGHT_SUN && l[3].power[0] == 1 && l[3].angle == .00918f);

@@ -75,8 +75,7 @@ static inline struct scene_object *add_object(struct stage *s, int mesh, int mat
     int *slot = &s->slots[s->scene.object_count++];
     *slot = material;
     *object = (struct scene_object){
-        .mesh = mesh, .slot_count = 1, .materials = slot, .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
-        .camera = true, .shadow = true};
+        .mesh = mesh, .slot_count = 1, .materials = slot, .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
     return object;
 }
 

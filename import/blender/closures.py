@@ -42,10 +42,7 @@ def phong(inputs, ref):
 
 
 def diffuse(inputs, ref):
-    closure = {"type": "diffuse", **fields(inputs, ref, colour="Color"), **optional(inputs, ref, roughness="Roughness")}
-    if "roughness" in closure:
-        inputs.note("rough Diffuse is a plain one of its albedo", nodes.name(ref))
-    return closure
+    return {"type": "diffuse", **fields(inputs, ref, colour="Color"), **optional(inputs, ref, roughness="Roughness")}
 
 
 def glossy(inputs, ref):

@@ -69,7 +69,7 @@ def parse_arguments():
 
 def export_scene(scene, folder, check=lambda: None):
     """Exports a scene of the open file with a render's modifiers and visibility; the file in memory is changed.
-    Returns the length of each list of the format. check is called before the scene takes its place; it may raise."""
+    Returns the lists of the format. check is called before the scene takes its place; it may raise."""
     if scene.camera is None:
         raise ExportError(f"the scene {scene.name} has no camera")
     with SceneFile(f"import/blender, Blender {bpy.app.version_string}", folder) as scene_file:
@@ -84,7 +84,7 @@ def export_scene(scene, folder, check=lambda: None):
         note_what_is_not_there(scene_file)
         check()
         scene_file.write()
-        return {name: len(entries) for name, entries in scene_file.lists.items()}
+        return scene_file.lists
 
 
 def run_in_render(scene, function):
@@ -159,7 +159,7 @@ def main():
         if arguments.file:
             open_file(arguments.file)
         interruption.check()
-        counts = export_scene(bpy.context.scene, arguments.output, interruption.check)
+        lists = export_scene(bpy.context.scene, arguments.output, interruption.check)
     except (FileError, SceneFileError) as error:
         print(f"export.py: {error}", file=sys.stderr)
         return 3
@@ -169,8 +169,12 @@ def main():
     except KeyboardInterrupt:
         print("export.py: interrupted, nothing was written", file=sys.stderr)
         return 130
+    for note in lists["notes"]:
+        place = ", ".join(note[key] for key in ("object", "material", "node") if key in note)
+        print(f"export: note: {place}: {note['text']}" if place else f"export: note: {note['text']}", file=sys.stderr)
+    counts = {name: len(entries) for name, entries in lists.items()}
     print("export: {objects} objects of {meshes} meshes, {materials} materials, {lights} lights, {images} images, "
-          "{notes} notes".format(**counts), file=sys.stderr, flush=True)
+          "{notes} notes".format(**counts), file=sys.stderr)
     return 0
 
 

@@ -41,6 +41,8 @@ def normal(inputs, origin):
                      distance=abs(distance))
         if entry and (bump and node.invert) != (distance < 0):
             entry["invert"] = True
+        if entry and bump:
+            entry["filter"] = max(0, inputs.number(origin.input("Filter Width")))
         return entry
     inputs.simplified(f"normals from {node.bl_label} are left out", nodes.name(origin))
     return None

@@ -80,6 +80,8 @@ class Walk:
             if temporary or flattened or key not in self.meshes:
                 self.meshes[key] = geometry.export_mesh(self.scene_file, mesh, obj.data.name, cage, uv_layers,
                                                         flattened)
+                if not mesh.uv_layers:
+                    self.note_missing_uvs(obj, exported)
             if self.meshes[key] is not None:
                 entry |= {"mesh": self.meshes[key], "materials": [material.index for material in exported]}
                 if exported and not any(material.shadow for material in exported):
@@ -89,6 +91,11 @@ class Walk:
                 del self.meshes[key]
         if temporary:
             obj.to_mesh_clear()
+
+    def note_missing_uvs(self, obj, exported):
+        lists = self.scene_file.lists
+        if any(uses_uvs(lists, lists["materials"][material.index]) for material in exported):
+            self.scene_file.note("no UV map: its textures are looked up at (0, 0), as Cycles does", object=obj.name)
 
     def export_hair(self, instance):
         """Hair curves, or the hair of an object's particle systems."""
@@ -141,6 +148,16 @@ class Walk:
                              "the camera's clip start or end hides some of it: seen here")):
             if found:
                 self.scene_file.note(text, object=obj.name)
+
+
+def uses_uvs(lists, part):
+    """Whether some part of the format's material looks a texture up by (u, v)."""
+    if isinstance(part, dict):
+        texture = next((part[key] for key in ("texture", "map", "height") if key in part), None)
+        if texture is not None:
+            return lists["textures"][texture]["type"] != "angle"
+        part = list(part.values())
+    return isinstance(part, list) and any(uses_uvs(lists, item) for item in part)
 
 
 def slots_of(obj, mesh):

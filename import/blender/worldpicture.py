@@ -11,6 +11,7 @@ from mathutils import Matrix, Vector
 
 WIDTHS = (1024, 4096)  # least and most of a panorama; it is as wide as the widest picture in the nodes
 SAMPLES = 16           # a pixel of the least width; all sizes take as many in all
+FINDING_WIDTH, FINDING_SAMPLES = 512, 4
 SUN_FOUND = math.radians(2)  # no sun is smaller while it is looked for
 SUN_WIDTH = 64
 SUN_VIEW = 2.5  # suns that a picture of one is wide
@@ -74,37 +75,45 @@ def measure_suns(world):
         sky.sun_disc = False
     found = []
     for sky in skies:
-        def difference(picture):
-            without = picture()
-            sky.sun_disc = True
-            with_sun = picture()
-            sky.sun_disc = False
-            return (with_sun - without).clip(0)
-        angle = sky.sun_size
-        sky.sun_size = max(angle, SUN_FOUND)
-        whole = difference(lambda: _panorama(world, 512, 4))
-        sky.sun_size = angle
-        v, u = np.meshgrid(*((np.arange(side) + 0.5) / side for side in whole.shape[:2]), indexing="ij")
-        latitude, longitude = (v - 0.5) * math.pi, (0.5 - u) * 2 * math.pi
-        directions = np.stack([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude),
-                               np.sin(latitude)], axis=-1)
-        light = whole * np.cos(latitude)[..., None]
-        if light.max() == 0:
+        about = _find_sun(world, sky)
+        if about is None:
             continue
-        axis = mean_direction(light, directions)
-        view = min(SUN_VIEW * angle, MOST_VIEW)
-        turn = axis.to_track_quat("-Z", "Y").to_matrix()
-        near = difference(lambda: _render(world, turn, (SUN_WIDTH, SUN_WIDTH), SAMPLES, angle=view))
+        view = min(SUN_VIEW * sky.sun_size, MOST_VIEW)
+        turn = about.to_track_quat("-Z", "Y").to_matrix()
+        disc = _sun_alone(sky, lambda: _render(world, turn, (SUN_WIDTH, SUN_WIDTH), SAMPLES, angle=view))
         half = math.tan(view / 2)
         y, x = np.meshgrid(*[((np.arange(SUN_WIDTH) + 0.5) / SUN_WIDTH * 2 - 1) * half] * 2, indexing="ij")
         # A pixel's solid angle times the cosine to the axis.
-        light = near * ((2 * half / SUN_WIDTH) ** 2 / (1 + x * x + y * y) ** 2)[..., None]
-        axis = turn @ mean_direction(light, np.stack([x, y, -np.ones_like(x)], axis=-1))
-        found.append((axis, light.sum(axis=(0, 1)), angle))
+        light = disc * ((2 * half / SUN_WIDTH) ** 2 / (1 + x * x + y * y) ** 2)[..., None]
+        direction = turn @ _mean_direction(light, np.stack([x, y, -np.ones_like(x)], axis=-1))
+        found.append((direction, light.sum(axis=(0, 1)), sky.sun_size))
     return found
 
 
-def mean_direction(light, directions):
+def _find_sun(world, sky):
+    """The direction to the sun of a Sky Texture, nearly, or None where none is seen."""
+    angle = sky.sun_size
+    sky.sun_size = max(angle, SUN_FOUND)
+    picture = _sun_alone(sky, lambda: _panorama(world, FINDING_WIDTH, FINDING_SAMPLES))
+    sky.sun_size = angle
+    v, u = np.meshgrid(*((np.arange(side) + 0.5) / side for side in picture.shape[:2]), indexing="ij")
+    latitude, longitude = (v - 0.5) * math.pi, (0.5 - u) * 2 * math.pi
+    directions = np.stack([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude),
+                           np.sin(latitude)], axis=-1)
+    light = picture * np.cos(latitude)[..., None]
+    return _mean_direction(light, directions) if light.max() > 0 else None
+
+
+def _sun_alone(sky, picture):
+    """What picture() gives with the sun less what it gives without."""
+    without = picture()
+    sky.sun_disc = True
+    with_sun = picture()
+    sky.sun_disc = False
+    return (with_sun - without).clip(0)
+
+
+def _mean_direction(light, directions):
     return Vector((light.sum(axis=-1, keepdims=True) * directions).sum(axis=(0, 1))).normalized()
 
 
@@ -119,6 +128,7 @@ def _render(world, turn, size, samples, **camera_settings):
         camera.matrix_world = turn.to_4x4()
         scene.collection.objects.link(camera)
         scene.camera, scene.world = camera, world
+        scene.frame_current = bpy.context.scene.frame_current
         world.cycles_visibility.camera = True
         world.cycles.sampling_method = "NONE"  # nothing is lit: no map to build
         scene.render.engine = "CYCLES"

@@ -307,6 +307,19 @@ def test_bad_meshes_are_named_and_kept(scene, export):
     assert note["object"] == "Line" and "no area: 1," in note["text"]
 
 
+def test_mesh_without_uvs_is_named_where_it_needs_them(scene, export):
+    material, node, link = new_material("Textured")
+    diffuse, picture = node("ShaderNodeBsdfDiffuse"), node("ShaderNodeTexImage")
+    picture.image = bpy.data.images.new("grid", 4, 4)
+    picture.image.generated_type = "UV_GRID"
+    link(diffuse.outputs["BSDF"])
+    link(picture.outputs["Color"], diffuse.inputs["Color"])
+    new_plane("Unwrapped", material)
+    new_mesh("Bare", CUBE, CUBE_FACES, material)
+    new_mesh("Plain", CUBE, CUBE_FACES, new_material("Plain")[0], location=(3, 0, 0))
+    assert [note["object"] for note in export().notes("no UV map")] == ["Bare"]
+
+
 def test_transform_is_of_the_parents_too(scene, export):
     parent = new_object("Parent", None, location=(1, 0, 0), rotation=(0, 0, np.pi / 2))
     child = new_cube("Child", location=(2, 0, 0))

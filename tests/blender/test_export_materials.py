@@ -72,6 +72,9 @@ def test_principled_layers_and_alpha(material, export):
     node, link = material
     shader = node("ShaderNodeBsdfPrincipled", Transmission_Weight=0.5, Anisotropic=0.6, Anisotropic_Rotation=0.25,
                   Coat_Weight=0.5, Coat_IOR=1.6, Sheen_Weight=0.25, Sheen_Roughness=0.4, Alpha=0.75)
+    tangent = node("ShaderNodeTangent")  # else it is about the object's axis
+    tangent.direction_type = "UV_MAP"
+    link(tangent.outputs[0], shader.inputs["Tangent"])
     link(shader.outputs["BSDF"])
     exported = export()
     paint(exported, closures=[
@@ -93,8 +96,8 @@ def test_principled_names_what_it_leaves_out(entry, word, material, export):
 
 
 @pytest.mark.parametrize("kind,words,settings,inputs", [
-    ("BsdfAnisotropic", dict(type="glossy", colour=[0.8] * 3, roughness=0.2, distribution="beckmann", anisotropy=0.5),
-     dict(distribution="BECKMANN"), dict(Roughness=0.2, Anisotropy=0.5)),
+    ("BsdfAnisotropic", dict(type="glossy", colour=[0.8] * 3, roughness=0.2, distribution="beckmann"),
+     dict(distribution="BECKMANN"), dict(Roughness=0.2)),
     ("BsdfGlass", dict(type="glass", colour=[1] * 3, roughness=0.2, ior=0.7, distribution="multi-ggx"), {},
      dict(Roughness=0.2, IOR=0.7)),
     ("BsdfRefraction", dict(type="refraction", colour=[1] * 3, roughness=0.2, ior=1.4, distribution="ggx"),
@@ -119,7 +122,8 @@ def test_normal_map_and_bump(scene, export):
     image = bpy.data.images.new("Normals", 4, 4, is_data=True)
     image.pixels.foreach_set(np.random.default_rng(1).uniform(0.1, 0.9, 64).astype(np.float32))
     image.alpha_mode = "NONE"
-    for kind, entry, inputs in (("NormalMap", "Color", dict(Strength=0.5)), ("Bump", "Height", dict(Distance=-0.25))):
+    bumps = {"Distance": -0.25, "Filter Width": 1}
+    for kind, entry, inputs in (("NormalMap", "Color", dict(Strength=0.5)), ("Bump", "Height", bumps)):
         made, node, link = new_material(kind)
         new_plane(kind, made)
         bent, picture = node("ShaderNode" + kind, **inputs), node("ShaderNodeTexImage")
@@ -130,7 +134,8 @@ def test_normal_map_and_bump(scene, export):
         link(shader.outputs["BSDF"])
     exported = export()
     close(exported.material("NormalMap")["normal"], map=0, strength=0.5)
-    close(exported.material("Bump")["normal"], height=pytest.approx(1, abs=1), strength=1, distance=0.25, invert=True)
+    close(exported.material("Bump")["normal"], height=pytest.approx(1, abs=1), strength=1, distance=0.25, filter=1,
+          invert=True)
     assert not exported["notes"]
 
 

@@ -146,6 +146,20 @@ def test_lamp_nodes_multiply(floor, export, cycles):
     check(export, cycles)
 
 
+def test_lamp_falloff(floor, export, cycles):
+    obj = lamp("POINT", energy=10, shadow_soft_size=0.1)
+    obj.data.use_nodes = True
+    tree = obj.data.node_tree
+    falloff = tree.nodes.new("ShaderNodeLightFalloff")
+    falloff.inputs["Strength"].default_value = 4
+    strength = tree.nodes["Emission"].inputs["Strength"]
+    tree.links.new(falloff.outputs["Quadratic"], strength)
+    check(export, cycles)
+    assert not export()["notes"]
+    tree.links.new(falloff.outputs["Linear"], strength)
+    assert export().notes("Falloff")
+
+
 def test_what_a_lamp_cannot_keep_is_named(scene, export):
     lamp("AREA", energy=10, spread=0).name = "Parallel"
     lamp("POINT", energy=0).name = "Off"

