@@ -243,8 +243,8 @@ def write(options, charts, game):
         page.paragraph(
             f"All methods by turns, seed by seed. Threads: {options.threads}; seeds: {options.seeds}; up to "
             f"{options.budget:g} CPU seconds a picture.{kept}{shrunk} CPU seconds (user) are from the parsed scene to "
-            "pixels: geometry, BVH, caches and denoising in; Python's start and reading and writing files out. (What OSL "
-            "takes to compile a shader, .05 on cornell, is in Cycles' time.)"),
+            "pixels: geometry, BVH, caches and denoising in; Python's start and reading and writing files out. (What "
+            "OSL takes to compile a shader, .05 on cornell, is in Cycles' time.)"),
         page.paragraph(
             "Errors are of linear radiance, without directly seen emitters, the reference's noise taken out by two "
             "halves; ours against our path tracer's, Cycles' against its own. Denoised: Open Image Denoise on the CPU "

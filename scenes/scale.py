@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What scenes/scale runs once all is built: what EAS cost against triangles, resolution, records, exponents and threads,
-and as slopes in log and log, 1 being proportional. index.html and scale.csv are in DIR.
+"""What scenes/scale runs once all is built: what EAS cost against triangles, resolution, records, exponents and
+threads, and as slopes in log and log, 1 being proportional. index.html and scale.csv are in DIR.
 
 The scene is scenes/cornell, for triangles with a ball in place of its short box, cut ever finer. Records are counted
 in the pictures of growing resolution.
@@ -59,7 +59,7 @@ def series(options):
 
 
 def ball(triangles):
-    """A unit ball as a cube of n x n quads a side, blown up: positions, the quads' corners, their number of triangles."""
+    """A unit ball as a cube of n x n quads a side, blown up: positions, the quads' corners, how many triangles."""
     n = max(round((triangles / 12) ** .5), 1)
     u, v = numpy.meshgrid(*[numpy.tan(numpy.linspace(-numpy.pi / 4, numpy.pi / 4, n + 1))] * 2, indexing="ij")
     one = numpy.ones_like(u)
@@ -84,7 +84,8 @@ def put_ball(scene, folder, triangles):
     positions, quads, count = ball(triangles)
     mesh = {"name": "Short box"}
     with open(os.path.join(folder, "scene.bin"), "ab") as file:
-        for name, kind, array in (("positions", "float3", .3 * positions), ("normals", "float3", positions[quads.ravel()]),
+        for name, kind, array in (("positions", "float3", .3 * positions),
+                                  ("normals", "float3", positions[quads.ravel()]),
                                   ("face_sizes", "uint", numpy.full(len(quads), 4)), ("corners", "uint", quads)):
             mesh[name] = len(views)
             elements = array.size // 3 if kind == "float3" else array.size
@@ -171,10 +172,11 @@ def write(scale):
                   for row in scale.rows]
     page.write(
         os.path.join(out, "index.html"), "What EAS cost as a scene or a picture grows",
-        page.paragraph(f"The Cornell box by EAS, {SIDE} × {SIDE} pixels, {SAMPLES} samples a pixel, {scale.options.threads} "
-                       "threads, but for what is varied. files_cpu_s: reading the scene and writing the picture; "
+        page.paragraph(f"The Cornell box by EAS, {SIDE} × {SIDE} pixels, {SAMPLES} samples a pixel, "
+                       f"{scale.options.threads} threads, but for what is varied. files_cpu_s: reading the scene and writing the picture; "
                        "model_cpu_s: the BVH. A slope of 1 is cost in proportion."),
-        page.table(["Against", "Quantity", "from", "to", "there", "and there", "Slope", "of the last step"], table, "Slopes in log and log"),
+        page.table(["Against", "Quantity", "from", "to", "there", "and there", "Slope", "of the last step"], table,
+                   "Slopes in log and log"),
         *pieces, page.table([name.replace("_", " ") for name in COLUMNS], everything, "All numbers"),
         page.paragraph("As a file:", page.link("scale.csv", "scale.csv")))
 

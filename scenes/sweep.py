@@ -164,8 +164,8 @@ def verdict(sweep):
              f"{sweep.values[worst]:g})."]
     late = [row for row in sweep.rows if row["way"] == REUSED and row["value"] != sweep.at]
     stages = sum(sum(row["stages"].get(name, 0) for name in ("model", "loading")) for row in late)
-    lines.append(f"Of the pictures that take the cache from its file, {100 * stages / sum(of(late, REUSED, 'cpu_s')):.0f}"
-                 " % of the CPU time are BVH and reading the cache, which one process for all would save.")
+    share = stages / sum(of(late, REUSED, "cpu_s"))
+    lines.append(f"Of the pictures that take the cache from its file, {100 * share:.0f} % of the CPU time are BVH and reading the cache, which one process for all would save.")
     added = [f"{row['value']:g} ({row['records'] - row['records_loaded']})" for row in late
              if row["records"] > row["records_loaded"]]
     if added:
@@ -197,7 +197,8 @@ def write(sweep):
               f"{row['cv_rmse']:.4f}", f"{row['relmse']:.5f}", f"{row['flip']:.4f}", f"{row['reference_cv']:.4f}",
               row["records"] or ""] for row in rows]
     page.write(
-        os.path.join(out, "index.html"), f"{sweep.options.scene}: {sweep.property} from {values_[0]:g} to {values_[-1]:g}",
+        os.path.join(out, "index.html"),
+        f"{sweep.options.scene}: {sweep.property} from {values_[0]:g} to {values_[-1]:g}",
         page.paragraph(f"One cache, made at {sweep.at:g} by the first of the renders, whose time has the making in it; "
                        f"against rendering each afresh, and against {CYCLES} with the fewest samples that come to our "
                        f"error there (at most {sweep.options.cycles}). Threads: {sweep.options.threads}. Errors are "

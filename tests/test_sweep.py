@@ -85,5 +85,6 @@ def test_scale_fits_slopes(monkeypatch, tmp_path, capsys):
 
 def test_slopes_of_a_power_law():
     made = scale.Scale.__new__(scale.Scale)
-    made.rows = [{**dict.fromkeys(scale.COLUMNS, 0), "against": "threads", "value": n, "wall_s": 8 / n} for n in (1, 2, 4)]
+    made.rows = [{**dict.fromkeys(scale.COLUMNS, 0), "against": "threads", "value": n, "wall_s": 8 / n}
+                 for n in (1, 2, 4)]
     assert [(row[1], round(row[6], 6), round(row[7], 6)) for row in made.slopes()] == [("wall_s", -1, -1)]
