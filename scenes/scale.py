@@ -173,7 +173,8 @@ def write(scale):
     page.write(
         os.path.join(out, "index.html"), "What EAS cost as a scene or a picture grows",
         page.paragraph(f"The Cornell box by EAS, {SIDE} × {SIDE} pixels, {SAMPLES} samples a pixel, "
-                       f"{scale.options.threads} threads, but for what is varied. files_cpu_s: reading the scene and writing the picture; "
+                       f"{scale.options.threads} threads, but for what is varied. files_cpu_s: reading the scene "
+                       "and writing the picture; "
                        "model_cpu_s: the BVH. A slope of 1 is cost in proportion."),
         page.table(["Against", "Quantity", "from", "to", "there", "and there", "Slope", "of the last step"], table,
                    "Slopes in log and log"),

@@ -165,7 +165,8 @@ def verdict(sweep):
     late = [row for row in sweep.rows if row["way"] == REUSED and row["value"] != sweep.at]
     stages = sum(sum(row["stages"].get(name, 0) for name in ("model", "loading")) for row in late)
     share = stages / sum(of(late, REUSED, "cpu_s"))
-    lines.append(f"Of the pictures that take the cache from its file, {100 * share:.0f} % of the CPU time are BVH and reading the cache, which one process for all would save.")
+    lines.append(f"Of the pictures that take the cache from its file, {100 * share:.0f} % of the CPU time are "
+                 "BVH and reading the cache, which one process for all would save.")
     added = [f"{row['value']:g} ({row['records'] - row['records_loaded']})" for row in late
              if row["records"] > row["records_loaded"]]
     if added:
