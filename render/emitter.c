@@ -128,9 +128,9 @@ static void summarise(struct emitter *e)
 }
 
 bool emitter_build(const struct scene *scene, const struct scene_object *object, const struct trace_object *placed,
-                   struct emitter *emitter)
+                   float scene_radius, struct emitter *emitter)
 {
-    *emitter = (struct emitter){0};
+    *emitter = (struct emitter){.scene_radius = scene_radius};
     const struct triangles *t = placed->triangles;
     uint32_t count = 0;
     for (uint32_t i = 0; i < t->triangle_count; i++) count += material_of(scene, object, t->slots[i]) != NULL;
@@ -286,7 +286,7 @@ bool emitter_sample(const struct emitter *emitter, float3 p, const float u[stati
     if (side == 0 || (side > 0 && t->front_only)) return false;
     /* From outside a closed emitter its nearer fronts hide all its backs: no shadow ray needed to know. */
     if (side > 0 && e->closed && !in_slabs(e, p)) return false;
-    to = sub(trace_offset(q, side > 0 ? scale(ng, -1) : ng), p);
+    to = sub(trace_offset(q, side > 0 ? scale(ng, -1) : ng, e->scene_radius), p);
     float d2 = dot(to, to);
     *distance = sqrtf(d2);
     *wi = scale(to, 1 / *distance);

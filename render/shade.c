@@ -82,7 +82,7 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
     point->front = dot(ng, point->wo) >= 0;
     point->ng = point->front ? ng : scale(ng, -1);
     point->n = point->front ? n : scale(n, -1);
-    point->origin = trace_offset(p, point->ng);
+    point->origin = trace_offset(p, point->ng, model->radius);
 
     const struct scene_object *source = &model->scene->objects[hit->object];
     uint32_t slot = t->slots[hit->triangle];
