@@ -33,7 +33,7 @@ struct group {
     struct point point; /* the first; p, origin, n, wo and kd become sums */
     float3 origins[BATCH];
     int count;
-    bool averages; /* direct_averages at the first */
+    bool averages, near; /* direct_averages and direct_near at the first */
 };
 
 /* The group that the point joins. */
@@ -54,8 +54,11 @@ static struct group *group_of(const struct direct *direct, struct group groups[B
         return g;
     }
     struct group *g = &groups[(*group_count)++];
-    *g = (struct group){
-        .point = *point, .origins = {point->origin}, .count = 1, .averages = direct_averages(direct, point)};
+    *g = (struct group){.point = *point,
+                        .origins = {point->origin},
+                        .count = 1,
+                        .averages = direct_averages(direct, point),
+                        .near = !direct->points_only && !direct->sky && direct_near(direct->model, point)};
     return g;
 }
 
@@ -204,7 +207,11 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
             /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself.
              */
             float u[3] = {((float)k + turn) / (float)lamps_count, on_lamp.x, on_lamp.y};
-            rgb light = direct_sample(&cached->direct, &point, u, averages);
+            rgb light = direct_sample(&cached->direct, &point, u, averages, group->near);
+            if (group->near) {
+                float v[2] = {rng_float(&rng), rng_float(&rng)};
+                light = add(light, direct_met(cached->model, &point, v));
+            }
             pixel->direct = mad(pixel->direct, light, 1.0f / SHADOW_RAYS);
         }
         if (averages && from_records) continue;

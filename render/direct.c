@@ -38,7 +38,34 @@ bool direct_averages(const struct direct *direct, const struct point *point)
 {
     if (point->brdf.lobe_count == 0) return true; /* nothing to average, and no lamp to look at for it */
     if (direct->points_only) return true;
-    return direct_resolves(&point->brdf) && lights_widest(direct->model->lights, point->origin) < MOST_SOLID_ANGLE;
+    return direct_resolves(&point->brdf) && !direct_near(direct->model, point);
+}
+
+bool direct_near(const struct model *model, const struct point *point)
+{
+    return lights_widest(model->lights, point->origin) >= MOST_SOLID_ANGLE;
+}
+
+rgb direct_met(const struct model *model, const struct point *point, const float u[static 2])
+{
+    const struct lights *lights = model->lights;
+    float3 dir = cosine_direction(point->n, u);
+    float pdf = dot(dir, point->n) / PI, pdf_light;
+    struct hit hit;
+    if (is_black(point->brdf.kd) || !(pdf > 0) || dot(dir, point->ng) <= 0) return vec3(0, 0, 0);
+    bool found = trace_closest(model->trace, point->origin, dir, INFINITY, &hit);
+    rgb met =
+        lights_radiance_lamps(lights, point->origin, point->n, dir, found ? hit.t : INFINITY, pdf, NULL);
+    if (found) {
+        struct point at;
+        shade_point(model, (struct ray){point->origin, dir}, &hit, &at);
+        pdf_light = lights_pdf_hit(lights, point->origin, point->n, dir, &hit, at.ng);
+        met = mad(met, at.emission, mis_weight(pdf, pdf_light));
+    } else {
+        rgb strong = lights_strong(lights, point->origin, point->n, dir, &pdf_light);
+        met = mad(met, strong, mis_weight(pdf, pdf_light));
+    }
+    return mul(point->brdf.kd, met);
 }
 
 /* Parts of the lamps, as a point sees them. */
@@ -197,7 +224,8 @@ static void reflect_cells(const struct direct *direct, const struct point *point
         for (int i = 0; i < count; i++) light[c][i] = f_cos[c][i] * cells->flux[c][i];
 }
 
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages)
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages,
+                  bool near)
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
@@ -207,7 +235,7 @@ rgb direct_sample(const struct direct *direct, const struct point *point, const 
     if (direct->points_only && light.pdf > 0) return sum;
     float cosine = dot(light.wi, point->n);
     if (cosine <= 0 || dot(light.wi, point->ng) <= 0) return sum;
-    if (!direct->sky) sum = scale(mul(light.weight, brdf->kd), cosine / PI);
+    if (!direct->sky) sum = scale(mul(light.weight, brdf->kd), cosine / PI * direct_weight(near, &light, cosine));
     for (int i = 0; !averages && i < brdf->lobe_count; i++) {
         const struct lobe *lobe = &brdf->lobes[i];
         float mis = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;

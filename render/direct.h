@@ -27,7 +27,7 @@ struct direct {
     float3 *places;
     float sky_flux;                            /* luminance, W/m2 on a surface that faces all of it */
     uint16_t (*neighbours)[DIRECT_NEIGHBOURS]; /* of each cell */
-    bool points_only, idle;                    /* lamps that rays can hit are in the records; idle: there are no others */
+    bool points_only, idle;                    /* lamps that rays can hit are in the records; there are no others */
 };
 
 /* What shadow rays to each cell have found from points near by: they go where that is in doubt. It changes the noise of
@@ -47,13 +47,28 @@ void direct_free(struct direct *direct);
  * 300. */
 bool direct_resolves(const struct brdf *brdf);
 
+/* Whether a lamp is so near that samples of it by area leave the diffuse part noisy and its rare large ones decide: it
+ * fills 1 sr or more. Then direct_met shares the work by MIS. */
+bool direct_near(const struct model *model, const struct point *point);
+
+/* The diffuse part's weight of a lamp sample, against direct_met where the lamp is near: 1 elsewhere. */
+static inline float direct_weight(bool near, const struct light_sample *light, float cosine)
+{
+    return near && light->pdf > 0 ? mis_weight(light->pdf, cosine / PI) : 1;
+}
+
+/* What the diffuse part reflects of lamps that a ray by the cosine meets (u: two numbers in [0, 1)), with its MIS
+ * weight against lights_sample. */
+rgb direct_met(const struct model *model, const struct point *point, const float u[static 2]);
+
 /* Whether direct_light averages the lobes at this point over cells of the lamps: they are wide enough, and no lamp so
  * near that a cell of it is wider. If not, direct_sample and a ray by each lobe share the work by MIS. */
 bool direct_averages(const struct direct *direct, const struct point *point);
 
 /* The light of one lamp sample (u: three numbers in [0, 1)) with its shadow ray, by the parts that direct_light leaves
- * out; `averages`: direct_averages at the point. Lobes have the MIS weight against sampling each. */
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages);
+ * out; `averages`: direct_averages at the point; near: direct_near. Lobes have the MIS weight against sampling each. */
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages,
+                  bool near);
 
 /* The light of alike points at their mean: under an environment alone the diffuse part, and the lobes where `averages`.
  * `origins`: where the points' rays start, `count` of them; shadow rays leave them in turn, about `rays` where nothing

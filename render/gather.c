@@ -11,8 +11,6 @@ enum { MAX_DEPTH = 32 };
 /* Lamp samples on a glossy surface: CANDIDATES x CANDIDATES for one shadow ray. Shadow rays where the first ray of a
  * chain ends, under an environment that lights from many sides. */
 enum { CANDIDATES = 3, SKY_RAYS = 4 };
-/* Where a lamp fills more of what a point sees, sr, lobes are too narrow to be averaged over parts of it. */
-#define MOST_SOLID_ANGLE 1.0f
 
 /* What stays the same along a chain of rays, and where its light goes. */
 struct chain {
@@ -47,7 +45,7 @@ struct lamp_light {
 
 /* One of `count` lamp samples: its lobes averaged over the part of the lamps that it stands for, or with the MIS weight
  * against sampling each lobe. False where none arrives. */
-static bool candidate(const struct model *model, const struct point *point, bool averages, int count,
+static bool candidate(const struct model *model, const struct point *point, bool averages, bool near, int count,
                       const float u[static 3], struct lamp_light *out)
 {
     const struct brdf *brdf = &point->brdf;
@@ -55,8 +53,9 @@ static bool candidate(const struct model *model, const struct point *point, bool
     if (!lights_sample(model->lights, point->origin, point->n, u, &light)) return false;
     float cosine = dot(light.wi, point->n);
     if (cosine <= 0 || dot(light.wi, point->ng) <= 0) return false;
+    float share = cosine / PI * direct_weight(near, &light, cosine);
     *out = (struct lamp_light){
-        .diffuse = scale(mul(light.weight, brdf->kd), cosine / PI), .wi = light.wi, .distance = light.distance};
+        .diffuse = scale(mul(light.weight, brdf->kd), share), .wi = light.wi, .distance = light.distance};
     for (int i = 0; i < brdf->lobe_count; i++) {
         struct lobe lobe = brdf->lobes[i];
         float weight = cosine;
@@ -70,8 +69,8 @@ static bool candidate(const struct model *model, const struct point *point, bool
 /* Light of the lamps at a point by one shadow ray. On glossy surfaces it goes to one of CANDIDATES lamp samples, chosen
  * by the light that they would reflect, and stands for all of them (resampling, Talbot et al. 2005): a highlight then
  * has noise in its shadows alone. False where nothing arrives. */
-static bool lamp_light(const struct model *model, const struct point *point, bool averages, struct rng *rng,
-                       struct lamp_light *out)
+static bool lamp_light(const struct model *model, const struct point *point, bool averages, bool near,
+                       struct rng *rng, struct lamp_light *out)
 {
     int side = point->brdf.lobe_count ? CANDIDATES : 1, count = side * side;
     float u0 = rng_float(rng), sum = 0, pick = rng_float(rng), chosen = 0;
@@ -81,7 +80,7 @@ static bool lamp_light(const struct model *model, const struct point *point, boo
         float u[3] = {turn < 1 ? turn : turn - 1, ((float)(i / side) + u1) / (float)side,
                       ((float)(i % side) + u2) / (float)side};
         struct lamp_light light;
-        if (!candidate(model, point, averages, count, u, &light)) continue;
+        if (!candidate(model, point, averages, near, count, u, &light)) continue;
         float value = luminance(add(light.diffuse, light.specular));
         if (value <= 0) continue;
         sum += value;
@@ -191,14 +190,18 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
     float survive = depth == 0 ? 1 : minf(total, .95f);
 
     struct lamp_light lamp;
-    bool averages = direct_resolves(brdf) && lights_widest(chain->model->lights, point->origin) < MOST_SOLID_ANGLE;
+    bool near = direct_near(chain->model, point), averages = direct_resolves(brdf) && !near;
     int shadow_rays = depth == 0 && lights_environment(chain->model->lights) ? SKY_RAYS : 1;
     for (int i = 0; i < shadow_rays; i++) {
-        if (!lamp_light(chain->model, point, averages, chain->rng, &lamp)) continue;
+        if (!lamp_light(chain->model, point, averages, near, chain->rng, &lamp)) continue;
         rgb share = scale(throughput, 1 / (float)shadow_rays);
         add_light(chain, mul(share, lamp.diffuse), own, before);
         add_light(chain, mul(share, lamp.specular), false,
                   depth == 0 ? image_distance(chain, before, lamp.distance) : before);
+    }
+    if (near) {
+        float u[2] = {rng_float(chain->rng), rng_float(chain->rng)};
+        add_light(chain, mul(throughput, direct_met(chain->model, point, u)), own, before);
     }
     if (total <= 0 || rng_float(chain->rng) >= survive) return;
     int pick = rng_float(chain->rng) * total < weights[0] ? 0 : brdf->lobe_count - 1;

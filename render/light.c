@@ -64,7 +64,8 @@ static bool build(struct lights *lights, const struct textures *textures, float 
     if (!lights->lamps || !lights->emitters || !lights->emitter_of) return false;
     for (int i = 0; i < scene->light_count; i++)
         lights->lamp_count += lamp_make(&scene->lights[i], &lights->lamps[lights->lamp_count]);
-    if (!build_emitters(lights, radius) || !environment_build(&scene->world, textures, &lights->environment)) return false;
+    if (!build_emitters(lights, radius)) return false;
+    if (!environment_build(&scene->world, textures, &lights->environment)) return false;
     lights->count = lights->lamp_count + lights->emitter_count + (lights->environment.strong_flux > 0);
     return lights->count <= WEIGHED || build_chances(lights, radius);
 }
