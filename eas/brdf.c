@@ -1,88 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eas/brdf.h"
 
+#include "eas/ashikhmin.h"
 #include "eas/ggx.h"
+#include "eas/sheen.h"
 
-static inline float saturate(float x) { return clampf(x, 0, 1); }
 static inline float average(rgb c) { return (c.x + c.y + c.z) / 3; }
-
-struct brdf brdf_phong(rgb kd, rgb ks, float exponent)
-{
-    struct brdf brdf = {.kd = kd};
-    if (max3(ks) > 0)
-        brdf.lobes[brdf.lobe_count++] = (struct lobe){.type = LOBE_PHONG, .weight = ks, .exponent = exponent};
-    return brdf;
-}
-
-/* Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks", appendix: the cosine-weighted mean of the
- * dielectric Fresnel curve. */
-static float fresnel_mean(float eta)
-{
-    if (eta < 1) return 0.997118f + eta * (0.1014f - eta * (0.965241f + eta * 0.130607f));
-    return (eta - 1) / (4.08567f + 1.00071f * eta);
-}
-
-/* What multiple scattering adds to a lobe whose Fresnel factor has the mean `fresnel`, as a factor of single
- * scattering: 1 + Fms (1-E)/E, Fms from Kulla and Conty with one bounce taken out (Turquin 2019). *darkening is that
- * factor without the 1/E of a white lobe: Cycles' layering takes the lobe's albedo with it alone. */
-static rgb compensation(float roughness, float mu, rgb fresnel, rgb *darkening)
-{
-    float e = ggx_albedo(roughness, mu), mean = ggx_albedo_mean(roughness), missing = (1 - e) / e;
-    rgb bounced = {fresnel.x * mean / (1 - fresnel.x * (1 - mean)), fresnel.y * mean / (1 - fresnel.y * (1 - mean)),
-                   fresnel.z * mean / (1 - fresnel.z * (1 - mean))};
-    rgb factor = mad(vec3(1, 1, 1), bounced, missing);
-    *darkening = scale(factor, e);
-    return factor;
-}
-
-static struct lobe metal_lobe(rgb f0, rgb f82, float weight, float roughness, float mu)
-{
-    float2 alpha = ggx_alphas(roughness, 0);
-    struct lobe lobe = {.type = LOBE_METAL, .alpha_x = alpha.x, .alpha_y = alpha.y, .f0 = f0, .f82 = f82};
-    /* The cosine-weighted mean of the F82-tint curve: Schlick's at 1/21 of the way to 1, less b/126. */
-    const float edge = 6.0f / 7, edge5 = edge * edge * edge * edge * edge;
-    const rgb white = {1, 1, 1};
-    rgb b = scale(mul(lerp3(f0, white, edge5), sub(white, f82)), 7 / (edge5 * edge));
-    rgb mean = mad(lerp3(f0, white, 1.0f / 21), b, -1.0f / 126), darkening;
-    lobe.weight = scale(compensation(roughness, mu, mean, &darkening), weight);
-    return lobe;
-}
-
-struct brdf brdf_principled(const struct principled *p, float cos_o)
-{
-    struct brdf brdf = {0};
-    const rgb white = {1, 1, 1};
-    float roughness = saturate(p->roughness), metallic = saturate(p->metallic), base = 1 - metallic;
-    float mu = saturate(cos_o);
-    rgb tint = p->specular_tint, colour = p->base_colour;
-    if (metallic > 0) {
-        rgb f0 = {saturate(colour.x), saturate(colour.y), saturate(colour.z)};
-        rgb f82 = {minf(tint.x, 1), minf(tint.y, 1), minf(tint.z, 1)};
-        brdf.lobes[brdf.lobe_count++] = metal_lobe(f0, f82, metallic, roughness, mu);
-    }
-    float eta = maxf(p->ior, 1e-5f), f0 = ggx_f0(eta);
-    if (p->specular_level != 0.5f) { /* f0 scaled, and the index that has it */
-        f0 *= 2 * p->specular_level;
-        float root = sqrtf(clampf(f0, 0, 0.99f));
-        eta = p->ior < 1 ? (1 - root) / (1 + root) : (1 + root) / (1 - root);
-    }
-    if (base > 0 && eta != 1) {
-        float2 alpha = ggx_alphas(roughness, 0);
-        struct lobe lobe = {.type = LOBE_DIELECTRIC,
-                            .alpha_x = alpha.x,
-                            .alpha_y = alpha.y,
-                            .ior = eta,
-                            .f0 = {saturate(f0 * tint.x), saturate(f0 * tint.y), saturate(f0 * tint.z)}};
-        float real_f0 = ggx_f0(eta), share = saturate((fresnel_mean(eta) - real_f0) / (1 - real_f0));
-        rgb darkening, factor = compensation(roughness, mu, lerp3(lobe.f0, white, share), &darkening);
-        lobe.weight = scale(factor, base);
-        brdf.lobes[brdf.lobe_count++] = lobe;
-        rgb albedo = mul(darkening, lerp3(lobe.f0, white, ggx_fresnel_share(roughness, mu, eta)));
-        base *= saturate(1 - max3(albedo));
-    }
-    brdf.kd = scale(colour, base);
-    return brdf;
-}
 
 static inline float phong_pdf(float exponent, float3 n, float3 wo, float3 wi, float *power)
 {
@@ -91,55 +14,98 @@ static inline float phong_pdf(float exponent, float3 n, float3 wo, float3 wi, fl
     return (exponent + 1) / (2 * PI) * *power;
 }
 
-/* f and pdf of a lobe; 0 where wi or wo is below the horizon. Phong's pdf goes on below it. */
+/* f and pdf of a lobe; 0 where wi or wo is on the wrong side. Phong's pdf goes on below the horizon. */
 static inline rgb lobe_both(const struct lobe *lobe, float3 n, float3 wo, float3 wi, float *pdf)
 {
     *pdf = 0;
-    if (dot(n, wo) <= 0 || dot(n, wi) <= 0) return (rgb){0};
-    if (lobe->type != LOBE_PHONG) return ggx_eval(lobe, n, wo, wi, pdf);
+    float cos_i = dot(n, wi);
+    if (dot(n, wo) <= 0 || (lobe_transmits(lobe) ? cos_i >= 0 : cos_i <= 0)) return (rgb){0};
+    switch (lobe->type) {
+    case LOBE_PHONG: break;
+    case LOBE_DIELECTRIC:
+    case LOBE_METAL: return ggx_eval(lobe, n, wo, wi, pdf);
+    case LOBE_REFRACTION:
+    case LOBE_BARE_REFRACTION: return ggx_eval_refracted(lobe, n, wo, wi, pdf);
+    case LOBE_ASHIKHMIN: return ashikhmin_eval(lobe, n, wo, wi, pdf);
+    case LOBE_SHEEN: return sheen_eval(lobe, n, wo, wi, pdf);
+    }
     float power;
     *pdf = phong_pdf(lobe->exponent, n, wo, wi, &power);
     return scale(lobe->weight, (lobe->exponent + 2) / (2 * PI) * power);
 }
 
-/* About the lobe's albedo at n.wo: how often it is chosen. */
-static inline float lobe_share(const struct lobe *lobe, float cos_o)
+/* The share of light that a microfacet at cosine c sends on. */
+static inline rgb facet_albedo(const struct lobe *lobe, float c)
 {
-    if (lobe->type == LOBE_PHONG) return average(lobe->weight);
-    return average(mul(lobe->weight, ggx_fresnel(lobe, cos_o)));
+    return lobe_transmits(lobe) ? ggx_transmittance(lobe, c) : ggx_fresnel(lobe, c);
 }
 
-/* The chances of diffuse, [0], and the lobes; all 0 for a black surface. */
-static inline int choices(const struct brdf *brdf, float cos_o, float chance[static 3])
+rgb lobe_albedo(const struct lobe *lobe, float cos_o)
 {
-    float sum = chance[0] = average(brdf->kd);
+    bool dielectric = lobe->type == LOBE_DIELECTRIC || lobe_transmits(lobe);
+    if (lobe->type == LOBE_METAL || (dielectric && lobe->ior >= 1)) return mul(lobe->weight, facet_albedo(lobe, cos_o));
+    if (!dielectric) return lobe->weight;
+    /* Inside glass all changes to none within the tilt of the facets: the mean over some tilts. */
+    float alpha = lobe->alpha_x, s = sqrtf(1 - minf(sqr(cos_o), 1)), tilted = 1 / sqrtf(1 + sqr(alpha));
+    float near = clampf((cos_o + s * alpha) * tilted, 0, 1), far = clampf((cos_o - s * alpha) * tilted, 0, 1);
+    rgb sum = mad(add(facet_albedo(lobe, near), facet_albedo(lobe, far)), facet_albedo(lobe, cos_o), 2);
+    /* Never so little that nothing would sample the lobe's tail. */
+    float least = minf(alpha, .05f);
+    return mul(lobe->weight, vec3(maxf(sum.x / 4, least), maxf(sum.y / 4, least), maxf(sum.z / 4, least)));
+}
+
+enum { REFLECTED, TRANSMITTED, LOBES, CHOICES = LOBES + BRDF_LOBES };
+
+/* The chances of the diffuse parts and the lobes; all 0 for a black surface. */
+static inline int choices(const struct brdf *brdf, float cos_o, float chance[static CHOICES])
+{
+    chance[REFLECTED] = average(brdf->kd);
+    chance[TRANSMITTED] = average(brdf->kt);
+    float sum = chance[REFLECTED] + chance[TRANSMITTED];
+    int count = LOBES + brdf->lobe_count;
     for (int i = 0; i < brdf->lobe_count; i++)
-        sum += chance[1 + i] = cos_o > 0 ? lobe_share(&brdf->lobes[i], cos_o) : 0;
+        sum += chance[LOBES + i] = cos_o > 0 ? average(lobe_albedo(&brdf->lobes[i], cos_o)) : 0;
     if (sum > 0)
-        for (int i = 0; i <= brdf->lobe_count; i++) chance[i] /= sum;
-    return 1 + brdf->lobe_count;
+        for (int i = 0; i < count; i++) chance[i] /= sum;
+    return count;
 }
 
-rgb brdf_eval_pdf(const struct brdf *brdf, float3 n, float3 wo, float3 wi, float *pdf)
+/* f of the diffuse parts. */
+static inline rgb diffuse(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
 {
-    float cos_i = dot(n, wi), chance[3], one;
-    *pdf = 0;
-    if (cos_i <= 0) return (rgb){0};
-    choices(brdf, dot(n, wo), chance);
-    rgb f = scale(brdf->kd, 1 / PI);
-    *pdf = chance[0] * cos_i / PI;
+    float cos_i = dot(n, wi), cos_o = dot(n, wo);
+    if (cos_i <= 0) return scale(brdf->kt, 1 / PI);
+    if (brdf->tilt == 0) return scale(brdf->kd, 1 / PI);
+    float t = dot(wi, wo) - cos_i * cos_o;
+    if (t > 0) t /= maxf(cos_i, cos_o);
+    return scale(brdf->kd, maxf(1 + brdf->flat + brdf->tilt * t, 0) / PI);
+}
+
+/* f and pdf, the chances being known. */
+static inline rgb both(const struct brdf *brdf, const float chance[static CHOICES], float3 n, float3 wo, float3 wi,
+                       float *pdf)
+{
+    float cos_i = dot(n, wi), one;
+    rgb f = diffuse(brdf, n, wo, wi);
+    *pdf = chance[cos_i > 0 ? REFLECTED : TRANSMITTED] * fabsf(cos_i) / PI;
     for (int i = 0; i < brdf->lobe_count; i++) {
         f = add(f, lobe_both(&brdf->lobes[i], n, wo, wi, &one));
-        *pdf += chance[1 + i] * one;
+        *pdf += chance[LOBES + i] * one;
     }
     return f;
 }
 
+rgb brdf_eval_pdf(const struct brdf *brdf, float3 n, float3 wo, float3 wi, float *pdf)
+{
+    float chance[CHOICES];
+    choices(brdf, dot(n, wo), chance);
+    return both(brdf, chance, n, wo, wi, pdf);
+}
+
 rgb brdf_eval(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
 {
-    if (dot(n, wi) <= 0) return (rgb){0};
     float pdf;
-    rgb f = scale(brdf->kd, 1 / PI);
+    rgb f = diffuse(brdf, n, wo, wi);
     for (int i = 0; i < brdf->lobe_count; i++) f = add(f, lobe_both(&brdf->lobes[i], n, wo, wi, &pdf));
     return f;
 }
@@ -151,8 +117,49 @@ float brdf_pdf(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
     return pdf;
 }
 
+float brdf_pass_chance(const struct brdf *brdf, float cos_o)
+{
+    float through = average(brdf->through), rest = average(add(brdf->kd, brdf->kt));
+    for (int i = 0; i < brdf->lobe_count; i++) rest += average(lobe_albedo(&brdf->lobes[i], maxf(cos_o, 0)));
+    return through / (through + rest);
+}
+
+void brdf_add(struct brdf *sum, const struct brdf *part, rgb weight)
+{
+    rgb kd = mul(part->kd, weight);
+    if (sum->tilt != 0 || part->tilt != 0) { /* the mean by albedo */
+        float before = average(sum->kd), added = average(kd), share = added > 0 ? added / (before + added) : 0;
+        sum->flat += (part->flat - sum->flat) * share;
+        sum->tilt += (part->tilt - sum->tilt) * share;
+    }
+    sum->kd = add(sum->kd, kd);
+    sum->kt = add(sum->kt, mul(part->kt, weight));
+    sum->through = add(sum->through, mul(part->through, weight));
+    for (int i = 0; i < part->lobe_count; i++) {
+        struct lobe lobe = part->lobes[i];
+        lobe.weight = mul(lobe.weight, weight);
+        if (max3(lobe.weight) <= 0) continue;
+        if (sum->lobe_count < BRDF_LOBES) {
+            sum->lobes[sum->lobe_count++] = lobe;
+            continue;
+        }
+        int weakest = 0;
+        for (int k = 1; k < BRDF_LOBES; k++)
+            if (average(lobe_albedo(&sum->lobes[k], 1)) < average(lobe_albedo(&sum->lobes[weakest], 1))) weakest = k;
+        if (average(lobe_albedo(&lobe, 1)) > average(lobe_albedo(&sum->lobes[weakest], 1))) {
+            struct lobe kept = lobe;
+            lobe = sum->lobes[weakest];
+            sum->lobes[weakest] = kept;
+        }
+        rgb *diffuse = lobe_transmits(&lobe) ? &sum->kt : &sum->kd;
+        *diffuse = add(*diffuse, lobe_albedo(&lobe, 1));
+    }
+}
+
 static inline float3 lobe_direction(const struct lobe *lobe, float3 n, float3 wo, const float u[static 2])
 {
+    if (lobe->type == LOBE_ASHIKHMIN) return ashikhmin_sample(lobe, n, wo, u);
+    if (lobe->type == LOBE_SHEEN) return sheen_sample(lobe, n, wo, u);
     if (lobe->type != LOBE_PHONG) return ggx_sample(lobe, n, wo, u);
     float c = powf(1 - u[0], 1 / (lobe->exponent + 1)), s = sqrtf(maxf(1 - c * c, 0)), phi = 2 * PI * u[1];
     return to_world(frame_about(reflect(wo, n)), vec3(s * cosf(phi), s * sinf(phi), c));
@@ -160,14 +167,16 @@ static inline float3 lobe_direction(const struct lobe *lobe, float3 n, float3 wo
 
 rgb brdf_sample(const struct brdf *brdf, float3 n, float3 wo, const float u[static 3], float3 *wi, float *pdf)
 {
-    float chance[3], x = u[0];
+    float chance[CHOICES], x = u[0];
     int count = choices(brdf, dot(n, wo), chance), i = 0;
     while (i < count - 1 && x >= chance[i]) x -= chance[i++];
     *pdf = 0;
     if (chance[i] <= 0) return (rgb){0};
-    *wi = i == 0 ? cosine_direction(n, u + 1) : lobe_direction(&brdf->lobes[i - 1], n, wo, u + 1);
-    rgb f = brdf_eval_pdf(brdf, n, wo, *wi, pdf);
-    return *pdf > 0 ? scale(f, dot(n, *wi) / *pdf) : (rgb){0};
+    if (i < LOBES) *wi = cosine_direction(i == REFLECTED ? n : scale(n, -1), u + 1);
+    else *wi = lobe_direction(&brdf->lobes[i - LOBES], n, wo, u + 1);
+    if (i >= LOBES && lobe_transmits(&brdf->lobes[i - LOBES]) != (dot(n, *wi) < 0)) return (rgb){0};
+    rgb f = both(brdf, chance, n, wo, *wi, pdf);
+    return *pdf > 0 ? scale(f, fabsf(dot(n, *wi)) / *pdf) : (rgb){0};
 }
 
 rgb lobe_eval(const struct lobe *lobe, float3 n, float3 wo, float3 wi)
@@ -182,7 +191,7 @@ rgb lobe_sample(const struct lobe *lobe, float3 n, float3 wo, const float u[stat
     if (dot(n, wo) <= 0) return (rgb){0};
     *wi = lobe_direction(lobe, n, wo, u);
     rgb f = lobe_both(lobe, n, wo, *wi, pdf);
-    return *pdf > 0 ? scale(f, dot(n, *wi) / *pdf) : (rgb){0};
+    return *pdf > 0 ? scale(f, fabsf(dot(n, *wi)) / *pdf) : (rgb){0};
 }
 
 float lobe_pdf(const struct lobe *lobe, float3 n, float3 wo, float3 wi)
@@ -194,6 +203,7 @@ float lobe_pdf(const struct lobe *lobe, float3 n, float3 wo, float3 wi)
 
 float lobe_width(const struct lobe *lobe)
 {
+    if (lobe->type == LOBE_SHEEN) return PI / 2;
     float n = lobe->type == LOBE_PHONG ? lobe->exponent : (2 / sqr(minf(lobe->alpha_x, lobe->alpha_y)) - 2) / 4;
     return acosf(n > 0 ? expf(-1 / n) : 0);
 }

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The GGX lobes of brdf.h: Walter et al. 2007, with two alphas and the height-correlated Smith term of Heitz 2014,
- * sampled by visible normals (Heitz 2018; Dupuy and Benyoub 2023), under the two Fresnel curves of Cycles' Principled
- * BSDF; and the albedos that its energy compensation and layering look up.
+/* The microfacet lobes of brdf.h: GGX, Walter et al. 2007, with two alphas and the height-correlated Smith term of
+ * Heitz 2014, sampled by visible normals (Heitz 2018; Dupuy and Benyoub 2023), or Beckmann's distribution
+ * (eas/beckmann.h); reflecting under the two Fresnel curves of Cycles' Principled BSDF, or refracting; and the albedos
+ * that its energy compensation and layering look up (ggx_albedo.c).
  *
  * wi, wo, n as in brdf.h. Everything but the look-ups is a pure function; those fill their tables at the first call
- * (some 20 ms, once a process). Any thread may call any of it.
+ * (some 20 ms, once a process; glass's some 130). Any thread may call any of it.
  */
 #ifndef EAS_GGX_H
 #define EAS_GGX_H
@@ -27,14 +28,32 @@ static inline float ggx_mean_alpha(const struct lobe *lobe) { return sqrtf(lobe-
 /* The frame of a lobe's alphas about n: its tangent, or any where they are equal. */
 struct frame ggx_frame(const struct lobe *lobe, float3 n);
 
-/* f of a GGX lobe, weight included, and in *pdf the density of ggx_sample. n.wi and n.wo must be above 0. */
+/* f of a reflecting lobe, weight included, and in *pdf the density of ggx_sample. n.wi and n.wo must be above 0. */
 rgb ggx_eval(const struct lobe *lobe, float3 n, float3 wo, float3 wi, float *pdf);
 
-/* wi by the visible normals seen from wo; it may lie below the horizon. */
+/* The same of a refracting one. n.wi must be below 0. */
+rgb ggx_eval_refracted(const struct lobe *lobe, float3 n, float3 wo, float3 wi, float *pdf);
+
+/* wi by the visible normals seen from wo; it may lie on the wrong side of n, always where reflection is total. */
 float3 ggx_sample(const struct lobe *lobe, float3 n, float3 wo, const float u[static 2]);
 
-/* Fresnel reflectance of the lobe's microfacets at cosine c. */
+/* A visible normal seen from w, both in the frame where n is z: uniform in the cap that the stretched w sees. */
+float3 ggx_visible_normal(float alpha_x, float alpha_y, float3 w, const float u[static 2]);
+
+/* wo refracted by a facet h (h.wo > 0) into a relative index of eta; wo itself where reflection is total. */
+float3 ggx_refract(float3 wo, float3 h, float eta);
+
+/* Smith's Lambda (Heitz 2014, eq. 72) from the squared tangent of a direction stretched by the alphas; that tangent of
+ * an isotropic lobe at cosine c. */
+static inline float ggx_lambda(float stretched) { return 0.5f * (sqrtf(1 + stretched) - 1); }
+static inline float ggx_tan2(float alpha2, float c) { return alpha2 * maxf(1 / (c * c) - 1, 0); }
+
+/* Fresnel reflectance of a reflecting lobe's microfacets at cosine c, transmittance of a refracting one's. */
 rgb ggx_fresnel(const struct lobe *lobe, float c);
+rgb ggx_transmittance(const struct lobe *lobe, float c);
+
+/* METAL: the factor b of cos (1-cos)^6 that is taken from Schlick's curve. */
+rgb ggx_f82_dip(rgb f0, rgb f82);
 
 /* The same in two steps, so that means over microfacets can be taken in between: what the two curves are made of. */
 struct ggx_terms {
@@ -55,6 +74,13 @@ static inline float ggx_fresnel_dielectric(float c, float eta)
     return g2 <= 0 ? 1 : 0.5f * a * a * (1 + b * b);
 }
 
+/* How far a dielectric's reflectance has gone from that at normal incidence, 0, to that at grazing, 1. */
+static inline float ggx_share(float reflectance, float eta)
+{
+    float f0 = ggx_f0(eta);
+    return clampf((reflectance - f0) / (1 - f0), 0, 1);
+}
+
 static inline struct ggx_terms ggx_fresnel_terms(const struct lobe *lobe, float c)
 {
     float m = clampf(1 - c, 0, 1), m5 = m * m * m * m * m;
@@ -68,5 +94,8 @@ float ggx_albedo_mean(float roughness);
 
 /* How far the dielectric lobe's Fresnel factor, averaged over visible normals, has gone from f0 to 1. */
 float ggx_fresnel_share(float roughness, float mu, float eta);
+
+/* The directional albedo of white glass, both sides, and in *mean its cosine-weighted mean. */
+float ggx_glass_albedo(float roughness, float mu, float eta, float *mean);
 
 #endif

@@ -101,8 +101,9 @@ const void *buffer_span(const struct buffer *buffer, struct json_node *at, const
         size_t length = (size_t)view->count * type_numbers[type];
         for (size_t i = 0; i < length; i++)
             if (!isfinite(numbers[i])) {
-                json_fail(at, key, "mesh \"%s\": element %zu of view %d holds %g, expected finite numbers", mesh,
-                          i / type_numbers[type], index, numbers[i]);
+                json_fail(at, key, "%s%s%selement %zu of view %d holds %g, expected finite numbers",
+                          mesh ? "mesh \"" : "", mesh ? mesh : "", mesh ? "\": " : "", i / type_numbers[type], index,
+                          numbers[i]);
                 return NULL;
             }
     }

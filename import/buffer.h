@@ -28,7 +28,7 @@ void buffer_read(struct json_node *root, const char *folder, struct scene *scene
 void buffer_free(struct buffer *buffer);
 
 /* The span that at[key] names and the count of its elements; NULL and 0 after an error. Floats were checked to be
- * finite. `mesh` is a name for errors. */
+ * finite. `mesh` is a name for errors, or NULL. */
 const void *buffer_span(const struct buffer *buffer, struct json_node *at, const char *key, enum buffer_type type,
                         const char *mesh, uint32_t *count);
 

@@ -1,60 +1,45 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "import/materials.h"
 
-#include <errno.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-static void read_images(struct json_node *root, const char *folder, struct scene *scene)
+static struct scene_colour grey(float value) { return (struct scene_colour){{value, value, value}, SCENE_NONE}; }
+static struct scene_scalar constant(float value) { return (struct scene_scalar){value, SCENE_NONE}; }
+
+struct scene_closure scene_closure_of(enum closure_type type)
 {
-    static const char *const colour_spaces[] = {"srgb", "linear", "data", NULL};
-    struct json_node list = json_get_list(root, "images");
-    scene->images = json_new_array(&list, sizeof *scene->images, &scene->image_count);
-    for (int i = 0; i < scene->image_count; i++) {
-        struct json_node item = json_get_item(&list, i);
-        char *name = json_get_text(&item, "file");
-        scene->images[i].colour_space = json_get_word(&item, "colour_space", colour_spaces);
-        json_end(&item);
-        if (!name) return;
-        char *path = malloc(strlen(folder) + strlen(name) + 2);
-        scene->images[i].file = path;
-        struct stat status;
-        if (!path) json_fail(&item, NULL, "out of memory");
-        else if (sprintf(path, "%s/%s", folder, name), stat(path, &status) || access(path, R_OK))
-            json_fail(&item, "file", "%s cannot be read: %s", path, strerror(errno));
-        else if (!S_ISREG(status.st_mode)) json_fail(&item, "file", "%s is not a file", path);
-        free(name);
-    }
+    return (struct scene_closure){
+        .type = type,
+        .front = true,
+        .back = true,
+        .weight = grey(1),
+        .colour = grey(0),
+        .ks = grey(0),
+        .specular_tint = grey(1),
+        .coat_tint = grey(1),
+        .sheen_tint = grey(1),
+        .exponent = constant(0),
+        .metallic = constant(0),
+        .roughness = constant(0),
+        .ior = constant(1.5f),
+        .specular_level = constant(0.5f),
+        .transmission = constant(0),
+        .anisotropy = constant(0),
+        .rotation = constant(0),
+        .coat_weight = constant(0),
+        .coat_roughness = constant(0),
+        .coat_ior = constant(1.5f),
+        .sheen_weight = constant(0),
+        .sheen_roughness = constant(0),
+        .distribution = type == CLOSURE_PRINCIPLED ? CLOSURE_MULTI_GGX : CLOSURE_GGX,
+    };
 }
 
-static void read_textures(struct json_node *root, struct scene *scene)
+bool scene_closure_has_roughness(enum closure_type type)
 {
-    static const char *const types[] = {"image", "checker", NULL};
-    static const char *const interpolations[] = {"linear", "closest", NULL};
-    static const char *const extensions[] = {"repeat", "extend", "clip", NULL};
-    struct json_node list = json_get_list(root, "textures");
-    scene->textures = json_new_array(&list, sizeof *scene->textures, &scene->texture_count);
-    for (int i = 0; i < scene->texture_count; i++) {
-        struct scene_texture *texture = &scene->textures[i];
-        struct json_node item = json_get_item(&list, i);
-        texture->type = json_get_word(&item, "type", types);
-        texture->image = SCENE_NONE;
-        if (texture->type == TEXTURE_IMAGE) {
-            texture->image = json_get_index(&item, "image", scene->image_count, "images");
-            texture->interpolation = json_get_word(&item, "interpolation", interpolations);
-            texture->extension = json_get_word(&item, "extension", extensions);
-        } else {
-            json_get_numbers(&item, "colour1", 0, 3, texture->colour1);
-            json_get_numbers(&item, "colour2", 0, 3, texture->colour2);
-            texture->scale = json_get_number(&item, "scale", 1e-6, HUGE_VAL);
-        }
-        json_get_numbers(&item, "uv_transform", -HUGE_VAL, 6, texture->uv_transform);
-        json_end(&item);
-    }
+    return type == CLOSURE_GLOSSY || type == CLOSURE_PRINCIPLED || type == CLOSURE_SHEEN || type == CLOSURE_GLASS ||
+           type == CLOSURE_REFRACTION;
 }
 
 /* {"texture": i} */
@@ -74,53 +59,150 @@ static struct scene_colour read_colour(struct json_node *at, const char *key, co
     return colour;
 }
 
-static struct scene_scalar read_scalar(struct json_node *at, const char *key, double max, const struct scene *scene)
+static struct scene_scalar read_scalar(struct json_node *at, const char *key, double min, double max,
+                                       const struct scene *scene)
 {
     struct scene_scalar scalar = {.texture = SCENE_NONE};
     if (json_has_object(at, key)) scalar.texture = read_texture_of(at, key, scene);
-    else scalar.value = json_get_number(at, key, 0, max);
+    else scalar.value = json_get_number(at, key, min, max);
     return scalar;
 }
 
-static void read_materials(struct json_node *root, struct scene *scene)
+/* What may be left out keeps its default. */
+static void read_optional(struct json_node *at, const char *key, double min, double max, const struct scene *scene,
+                          struct scene_scalar *scalar)
 {
-    static const char *const types[] = {"diffuse", "phong", "principled", NULL};
-    static const char *const sides[] = {"both", "front", NULL};
+    if (json_has(at, key)) *scalar = read_scalar(at, key, min, max, scene);
+}
+
+static void read_anisotropy(struct json_node *at, const struct scene *scene, struct scene_closure *closure)
+{
+    read_optional(at, "anisotropy", -1, 1, scene, &closure->anisotropy);
+    read_optional(at, "rotation", -HUGE_VAL, HUGE_VAL, scene, &closure->rotation);
+}
+
+static void read_layers(struct json_node *at, const struct scene *scene, struct scene_closure *closure)
+{
+    if (json_has(at, "coat")) {
+        struct json_node coat = json_get_object(at, "coat");
+        closure->coat_weight = read_scalar(&coat, "weight", 0, 1, scene);
+        closure->coat_roughness = read_scalar(&coat, "roughness", 0, 1, scene);
+        closure->coat_ior = read_scalar(&coat, "ior", 1, HUGE_VAL, scene);
+        closure->coat_tint = read_colour(&coat, "tint", scene);
+        json_end(&coat);
+    }
+    if (json_has(at, "sheen")) {
+        struct json_node sheen = json_get_object(at, "sheen");
+        closure->sheen_weight = read_scalar(&sheen, "weight", 0, 1, scene);
+        closure->sheen_roughness = read_scalar(&sheen, "roughness", 0, 1, scene);
+        closure->sheen_tint = read_colour(&sheen, "tint", scene);
+        json_end(&sheen);
+    }
+}
+
+static void read_principled(struct json_node *at, const struct scene *scene, struct scene_closure *closure)
+{
+    static const char *const distributions[] = {"ggx", "multi-ggx", NULL};
+    closure->colour = read_colour(at, "base_colour", scene);
+    closure->metallic = read_scalar(at, "metallic", 0, 1, scene);
+    closure->ior = read_scalar(at, "ior", 1, HUGE_VAL, scene);
+    closure->specular_level = read_scalar(at, "specular_level", 0, HUGE_VAL, scene);
+    closure->specular_tint = read_colour(at, "specular_tint", scene);
+    read_optional(at, "transmission", 0, 1, scene, &closure->transmission);
+    read_anisotropy(at, scene, closure);
+    read_layers(at, scene, closure);
+    if (json_has(at, "distribution")) closure->distribution = json_get_word(at, "distribution", distributions);
+}
+
+static void read_closure(struct json_node *at, const struct scene *scene, struct scene_closure *closure)
+{
+    static const char *const types[] = {"diffuse", "phong",      "glossy",      "principled",  "sheen",
+                                        "glass",   "refraction", "translucent", "transparent", NULL};
+    static const char *const sides[] = {"both", "front", "back", NULL};
+    static const char *const distributions[] = {"ggx", "multi-ggx", "beckmann", "ashikhmin-shirley", NULL};
+    static const char *const of_glass[] = {"ggx", "multi-ggx", "beckmann", NULL};
+    static const char *const of_refraction[] = {"ggx", "beckmann", NULL};
+    *closure = scene_closure_of(json_get_word(at, "type", types));
+    if (json_has(at, "weight")) closure->weight = read_colour(at, "weight", scene);
+    if (json_has(at, "sides")) {
+        int word = json_get_word(at, "sides", sides);
+        closure->front = word != 2;
+        closure->back = word != 1;
+    }
+    if (scene_closure_has_roughness(closure->type)) closure->roughness = read_scalar(at, "roughness", 0, 1, scene);
+    if (closure->type != CLOSURE_PHONG && closure->type != CLOSURE_PRINCIPLED)
+        closure->colour = read_colour(at, "colour", scene);
+    switch (closure->type) {
+    case CLOSURE_PHONG:
+        closure->colour = read_colour(at, "kd", scene);
+        closure->ks = read_colour(at, "ks", scene);
+        closure->exponent = read_scalar(at, "exponent", 0, HUGE_VAL, scene);
+        break;
+    case CLOSURE_GLOSSY:
+        closure->distribution = json_get_word(at, "distribution", distributions);
+        read_anisotropy(at, scene, closure);
+        break;
+    case CLOSURE_PRINCIPLED: read_principled(at, scene, closure); break;
+    case CLOSURE_GLASS:
+        closure->ior = read_scalar(at, "ior", 0.1, HUGE_VAL, scene);
+        closure->distribution = json_get_word(at, "distribution", of_glass);
+        break;
+    case CLOSURE_REFRACTION:
+        closure->ior = read_scalar(at, "ior", 0.1, HUGE_VAL, scene);
+        closure->distribution = json_get_word(at, "distribution", of_refraction) ? CLOSURE_BECKMANN : CLOSURE_GGX;
+        break;
+    case CLOSURE_DIFFUSE: read_optional(at, "roughness", 0, 1, scene, &closure->roughness); break;
+    case CLOSURE_SHEEN:
+    case CLOSURE_TRANSLUCENT:
+    case CLOSURE_TRANSPARENT: break;
+    }
+    json_end(at);
+}
+
+static void read_closures(struct json_node *at, const struct scene *scene, struct scene_material *material)
+{
+    struct json_node list = json_get_list(at, "closures");
+    material->closures = json_new_array(&list, sizeof *material->closures, &material->closure_count);
+    for (int i = 0; i < material->closure_count; i++) {
+        struct json_node item = json_get_item(&list, i);
+        read_closure(&item, scene, &material->closures[i]);
+    }
+}
+
+static void read_normal(struct json_node *at, const struct scene *scene, struct scene_normal *normal)
+{
+    struct json_node object = json_get_object(at, "normal");
+    const char *key = json_has(&object, "height") ? "height" : "map";
+    normal->type = key[0] == 'h' ? NORMAL_HEIGHT : NORMAL_MAP;
+    normal->texture = json_get_index(&object, key, scene->texture_count, "textures");
+    normal->strength = json_get_number(&object, "strength", 0, HUGE_VAL);
+    if (normal->type == NORMAL_HEIGHT) {
+        normal->distance = json_get_number(&object, "distance", 0, HUGE_VAL);
+        normal->filter = json_has(&object, "filter") ? json_get_number(&object, "filter", 0, HUGE_VAL) : 0.1f;
+        normal->invert = json_has(&object, "invert") && json_get_bool(&object, "invert");
+    }
+    json_end(&object);
+    if (normal->texture != SCENE_NONE && scene->textures[normal->texture].type == TEXTURE_ANGLE)
+        json_fail(&object, key, "texture %d goes by angle, expected an image or a checker", normal->texture);
+}
+
+void materials_read(struct json_node *root, struct scene *scene)
+{
+    static const char *const sides[] = {"both", "front", "back", NULL};
     struct json_node list = json_get_list(root, "materials");
     scene->materials = json_new_array(&list, sizeof *scene->materials, &scene->material_count);
     for (int i = 0; i < scene->material_count; i++) {
         struct scene_material *material = &scene->materials[i];
         struct json_node item = json_get_item(&list, i);
         material->name = json_get_text(&item, "name");
-        material->type = json_get_word(&item, "type", types);
-        material->ks.texture = material->exponent.texture = SCENE_NONE;
-        material->metallic.texture = material->roughness.texture = SCENE_NONE;
-        switch (material->type) {
-        case MATERIAL_DIFFUSE: material->colour = read_colour(&item, "colour", scene); break;
-        case MATERIAL_PHONG:
-            material->colour = read_colour(&item, "kd", scene);
-            material->ks = read_colour(&item, "ks", scene);
-            material->exponent = read_scalar(&item, "exponent", HUGE_VAL, scene);
-            break;
-        case MATERIAL_PRINCIPLED:
-            material->colour = read_colour(&item, "base_colour", scene);
-            material->metallic = read_scalar(&item, "metallic", 1, scene);
-            material->roughness = read_scalar(&item, "roughness", 1, scene);
-            material->ior = json_get_number(&item, "ior", 1, HUGE_VAL);
-            material->specular_level = json_get_number(&item, "specular_level", 0, HUGE_VAL);
-            json_get_numbers(&item, "specular_tint", 0, 3, material->specular_tint);
-            break;
-        }
-        if (json_has(&item, "emission")) json_get_numbers(&item, "emission", 0, 3, material->emission);
-        if (json_has(&item, "emission_sides"))
-            material->emission_front_only = json_get_word(&item, "emission_sides", sides);
+        if (json_has(&item, "closures")) read_closures(&item, scene, material);
+        material->emission = grey(0);
+        if (json_has(&item, "emission")) material->emission = read_colour(&item, "emission", scene);
+        int word = json_has(&item, "emission_sides") ? json_get_word(&item, "emission_sides", sides) : 0;
+        material->emission_front = word != 2;
+        material->emission_back = word != 1;
+        material->normal.texture = SCENE_NONE;
+        if (json_has(&item, "normal")) read_normal(&item, scene, &material->normal);
         json_end(&item);
     }
-}
-
-void materials_read(struct json_node *root, const char *folder, struct scene *scene)
-{
-    read_images(root, folder, scene);
-    read_textures(root, scene);
-    read_materials(root, scene);
 }

@@ -11,6 +11,7 @@
 #include "import/json.h"
 #include "import/materials.h"
 #include "import/meshes.h"
+#include "import/textures.h"
 
 #define SCENE_VERSION 1
 #define PI 3.14159265358979323846
@@ -51,13 +52,38 @@ static void read_transform(struct json_node *at, float transform[static 12])
         json_fail(at, "transform", "determinant %g, expected other than 0: the transform flattens space", determinant);
 }
 
+/* Longitudes go once round at most, latitudes from pole to pole. */
+static void check_panorama(struct json_node *at, float window[static 4])
+{
+    if (window[1] - window[0] > 2 * PI_ABOVE || window[2] < -PI_ABOVE / 2 || window[3] > PI_ABOVE / 2)
+        json_fail(at, "window", "found [%g, %g, %g, %g], expected at most once round and latitudes from -pi/2 to pi/2",
+                  window[0], window[1], window[2], window[3]);
+    window[2] = fmaxf(window[2], -PI / 2);
+    window[3] = fminf(window[3], PI / 2);
+}
+
+static void read_lens(struct json_node *at, struct scene_lens *lens)
+{
+    struct json_node object = json_get_object(at, "lens");
+    lens->radius = json_get_number(&object, "radius", 0, HUGE_VAL);
+    lens->focus = json_get_number(&object, "focus", 1e-6, HUGE_VAL);
+    lens->blades = json_get_integer(&object, "blades", 0, 1000);
+    lens->rotation = json_get_number(&object, "rotation", -HUGE_VAL, HUGE_VAL);
+    lens->ratio = json_get_number(&object, "ratio", 1e-3, 1e3);
+    if (lens->blades == 1 || lens->blades == 2)
+        json_fail(&object, "blades", "found %d, expected 0 or at least 3", lens->blades);
+    json_end(&object);
+}
+
 static void read_camera(struct json_node *root, struct scene_camera *camera)
 {
+    static const char *const types[] = {"perspective", "orthographic", "panoramic", NULL};
     struct json_node at = json_get_object(root, "camera");
-    json_get_word(&at, "type", (const char *const[]){"perspective", NULL});
+    camera->type = json_get_word(&at, "type", types);
     read_transform(&at, camera->transform);
     json_get_numbers(&at, "window", -HUGE_VAL, 4, camera->window);
     const float *window = camera->window;
+    if (camera->type == CAMERA_PANORAMIC) check_panorama(&at, camera->window);
     if (!(window[0] < window[1]) || !(window[2] < window[3]))
         json_fail(&at, "window", "found [%g, %g, %g, %g], expected left < right and bottom < top", window[0], window[1],
                   window[2], window[3]);
@@ -66,6 +92,7 @@ static void read_camera(struct json_node *root, struct scene_camera *camera)
     for (int i = 0; i < 2; i++)
         if (resolution[i] > 65536 || resolution[i] != floorf(resolution[i]))
             json_fail(&at, "resolution", "found %g, expected whole numbers from 1 to 65536", resolution[i]);
+    if (camera->type == CAMERA_PERSPECTIVE && json_has(&at, "lens")) read_lens(&at, &camera->lens);
     if (at.file->failed) return;
     camera->width = (int)resolution[0];
     camera->height = (int)resolution[1];
@@ -84,10 +111,15 @@ static void read_world(struct json_node *root, struct scene *scene)
     if (json_has(&at, "texture")) {
         world->texture = json_get_index(&at, "texture", scene->texture_count, "textures");
         if (world->texture != SCENE_NONE && scene->textures[world->texture].type != TEXTURE_IMAGE)
-            json_fail(&at, "texture", "texture %d is a checker, expected an image", world->texture);
+            json_fail(&at, "texture", "texture %d is no image, expected one", world->texture);
     }
     if (json_has(&at, "transform")) read_transform(&at, world->transform);
     json_end(&at);
+}
+
+static bool read_flag(struct json_node *at, const char *key, bool absent)
+{
+    return json_has(at, key) ? json_get_bool(at, key) : absent;
 }
 
 static void read_objects(struct json_node *root, struct scene *scene)
@@ -106,6 +138,8 @@ static void read_objects(struct json_node *root, struct scene *scene)
         object->materials =
             json_get_indices(&item, "materials", scene->material_count, "materials", &object->slot_count);
         read_transform(&item, object->transform);
+        object->hidden = !read_flag(&item, "camera", true);
+        object->shadowless = !read_flag(&item, "shadow", true);
         json_end(&item);
         if (root->file->failed) break;
         if (object->slot_count && top_slots[object->mesh] >= object->slot_count)
@@ -148,6 +182,8 @@ static void read_light(struct json_node *at, struct scene_light *light)
         break;
     case LIGHT_SUN: light->angle = read_angle(at, "angle", 0); break;
     }
+    light->seen = read_flag(at, "camera", false);
+    light->shadowless = !read_flag(at, "shadow", true);
     json_end(at);
 }
 
@@ -190,7 +226,8 @@ bool scene_read(const char *folder, struct scene *scene, char error[SCENE_ERROR]
     read_heading(&root);
     buffer_read(&root, folder, scene, &buffer);
     read_camera(&root, &scene->camera);
-    materials_read(&root, folder, scene);
+    textures_read(&root, folder, &buffer, scene);
+    materials_read(&root, scene);
     read_world(&root, scene);
     meshes_read(&root, &buffer, scene);
     read_objects(&root, scene);
@@ -221,16 +258,22 @@ static bool shift_camera(struct scene_camera *camera, const char *text, char err
     return true;
 }
 
+/* The property `name` of so many letters, or NULL where the closure has none such. */
+static struct scene_scalar *find_property(struct scene_closure *closure, const char *name, int length)
+{
+    static const char exponent[] = "exponent", roughness[] = "roughness";
+    if (length == sizeof exponent - 1 && strncmp(name, exponent, length) == 0)
+        return closure->type == CLOSURE_PHONG ? &closure->exponent : NULL;
+    if (length == sizeof roughness - 1 && strncmp(name, roughness, length) == 0)
+        return scene_closure_has_roughness(closure->type) ? &closure->roughness : NULL;
+    return NULL;
+}
+
 bool scene_set(struct scene *scene, const char *assignment, char error[SCENE_ERROR])
 {
     static const char folder[] = "materials/", camera[] = "camera/shift=";
     if (strncmp(assignment, camera, sizeof camera - 1) == 0)
         return shift_camera(&scene->camera, assignment + sizeof camera - 1, error);
-    static const struct {
-        const char *name;
-        enum material_type type;
-        double most;
-    } properties[] = {{"exponent", MATERIAL_PHONG, FLT_MAX}, {"roughness", MATERIAL_PRINCIPLED, 1}};
     const char *equals = strrchr(assignment, '='), *slash = equals;
     while (slash && slash > assignment && *slash != '/') slash--;
     size_t start = sizeof folder - 1;
@@ -243,35 +286,34 @@ bool scene_set(struct scene *scene, const char *assignment, char error[SCENE_ERR
     const char *name = assignment + start, *property = slash + 1;
     int name_length = (int)(slash - name), property_length = (int)(equals - property);
     char *end;
-    double value = strtod(equals + 1, &end);
-    for (int p = 0; p < (int)(sizeof properties / sizeof *properties); p++) {
-        if (strncmp(property, properties[p].name, (size_t)property_length) != 0 ||
-            properties[p].name[property_length] != '\0')
-            continue;
-        if (end == equals + 1 || *end || !(value >= 0 && value <= properties[p].most)) {
-            snprintf(error, SCENE_ERROR, "%.200s: found '%.40s', expected a number from 0 to %g", assignment,
-                     equals + 1, properties[p].most);
-            return false;
-        }
-        for (int i = 0; i < scene->material_count; i++) {
-            struct scene_material *material = &scene->materials[i];
-            if (material->type != properties[p].type || strncmp(material->name, name, (size_t)name_length) != 0 ||
-                material->name[name_length] != '\0')
-                continue;
-            struct scene_scalar set = {(float)value, SCENE_NONE};
-            *(material->type == MATERIAL_PHONG ? &material->exponent : &material->roughness) = set;
-            return true;
+    double value = strtod(equals + 1, &end), most = *property == 'e' ? FLT_MAX : 1;
+    bool number = end != equals + 1 && !*end && value >= 0 && value <= most, found = false;
+    for (int i = 0; i < scene->material_count; i++) {
+        struct scene_material *material = &scene->materials[i];
+        if (strncmp(material->name, name, (size_t)name_length) != 0 || material->name[name_length] != '\0') continue;
+        for (int k = 0; k < material->closure_count; k++) {
+            struct scene_scalar *scalar = find_property(&material->closures[k], property, property_length);
+            if (!scalar) continue;
+            found = true;
+            if (number) *scalar = (struct scene_scalar){(float)value, SCENE_NONE};
         }
     }
-    snprintf(error, SCENE_ERROR, "%.200s: no material '%.*s' with the property '%.*s' in the scene", assignment,
-             name_length < 80 ? name_length : 80, name, property_length < 40 ? property_length : 40, property);
-    return false;
+    if (!found)
+        snprintf(error, SCENE_ERROR, "%.200s: no material '%.*s' with the property '%.*s' in the scene", assignment,
+                 name_length < 80 ? name_length : 80, name, property_length < 40 ? property_length : 40, property);
+    else if (!number)
+        snprintf(error, SCENE_ERROR, "%.200s: found '%.40s', expected a number from 0 to %g", assignment, equals + 1,
+                 most);
+    return found && number;
 }
 
 void scene_free(struct scene *scene)
 {
     for (int i = 0; i < scene->image_count; i++) free(scene->images[i].file);
-    for (int i = 0; i < scene->material_count; i++) free(scene->materials[i].name);
+    for (int i = 0; i < scene->material_count; i++) {
+        free(scene->materials[i].name);
+        free(scene->materials[i].closures);
+    }
     for (int i = 0; i < scene->mesh_count; i++) free(scene->meshes[i].name);
     for (int i = 0; i < scene->object_count; i++) {
         free(scene->objects[i].name);

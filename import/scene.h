@@ -21,10 +21,21 @@
 #define SCENE_ERROR 1024 /* bytes of an error sentence */
 #define SCENE_NONE (-1)  /* an index that names nothing */
 
+enum camera_type { CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMIC };
+
+/* A thin lens; a pinhole where radius is 0. */
+struct scene_lens {
+    float radius, focus;   /* m; focus along -Z */
+    int blades;            /* of its opening, 0: round */
+    float rotation, ratio; /* of the opening: rad; its height over its width */
+};
+
 struct scene_camera {
     float transform[12]; /* camera to world, 3 x 4; looks along -Z, +Y up */
-    float window[4];     /* left, right, bottom, top at z = -1 */
+    float window[4];     /* left, right, bottom, top at z = -1; ORTHOGRAPHIC: in m; PANORAMIC: angles, rad */
     int width, height;   /* pixels */
+    enum camera_type type;
+    struct scene_lens lens; /* PERSPECTIVE */
 };
 
 struct scene_world {
@@ -40,17 +51,20 @@ struct scene_image {
     enum image_colour_space colour_space;
 };
 
-enum texture_type { TEXTURE_IMAGE, TEXTURE_CHECKER };
+enum texture_type { TEXTURE_IMAGE, TEXTURE_CHECKER, TEXTURE_ANGLE };
 enum texture_interpolation { TEXTURE_LINEAR, TEXTURE_CLOSEST };
-enum texture_extension { TEXTURE_REPEAT, TEXTURE_EXTEND, TEXTURE_CLIP };
+enum texture_extension { TEXTURE_REPEAT, TEXTURE_EXTEND, TEXTURE_CLIP, TEXTURE_MIRROR };
 
 struct scene_texture {
     enum texture_type type;
-    int image; /* TEXTURE_IMAGE */
+    int image; /* IMAGE */
     enum texture_interpolation interpolation;
     enum texture_extension extension;
-    float colour1[3], colour2[3], scale; /* TEXTURE_CHECKER */
-    float uv_transform[6];               /* 2 x 3 */
+    bool alpha;                          /* IMAGE: its alpha channel, as grey */
+    float colour1[3], colour2[3], scale; /* CHECKER */
+    float uv_transform[6];               /* IMAGE, CHECKER: 2 x 3 */
+    uint32_t sample_count;               /* ANGLE: >= 2, from |cos| 0 to 1, on either side; spans of scene.buffer */
+    const float *front, *back;
 };
 
 /* A constant, or a texture that replaces it. */
@@ -63,18 +77,48 @@ struct scene_scalar {
     int texture;
 };
 
-enum material_type { MATERIAL_DIFFUSE, MATERIAL_PHONG, MATERIAL_PRINCIPLED };
+enum closure_type {
+    CLOSURE_DIFFUSE,
+    CLOSURE_PHONG,
+    CLOSURE_GLOSSY,
+    CLOSURE_PRINCIPLED,
+    CLOSURE_SHEEN,
+    CLOSURE_GLASS,
+    CLOSURE_REFRACTION,
+    CLOSURE_TRANSLUCENT,
+    CLOSURE_TRANSPARENT
+};
+enum closure_distribution { CLOSURE_GGX, CLOSURE_MULTI_GGX, CLOSURE_BECKMANN, CLOSURE_ASHIKHMIN_SHIRLEY };
+
+/* A summand of a material. What its type has no word for has its default. */
+struct scene_closure {
+    enum closure_type type;
+    bool front, back; /* the sides of a face that it is on */
+    struct scene_colour weight, colour /* colour, kd or base_colour */, ks, specular_tint, coat_tint, sheen_tint;
+    struct scene_scalar exponent, metallic, roughness, ior, specular_level, transmission;
+    struct scene_scalar anisotropy, rotation; /* -1 .. 1; turns */
+    struct scene_scalar coat_weight, coat_roughness, coat_ior, sheen_weight, sheen_roughness;
+    enum closure_distribution distribution;
+};
+
+enum normal_type { NORMAL_OF_MESH, NORMAL_MAP, NORMAL_HEIGHT };
+
+/* What bends the shading normal. */
+struct scene_normal {
+    enum normal_type type;
+    int texture; /* an image or a checker */
+    float strength, distance; /* HEIGHT: m */
+    float filter;             /* HEIGHT: pixels over which heights are compared */
+    bool invert;              /* HEIGHT */
+};
 
 struct scene_material {
     char *name;
-    enum material_type type;
-    struct scene_colour colour;                  /* colour, kd or base_colour */
-    struct scene_colour ks;                      /* PHONG */
-    struct scene_scalar exponent;                /* PHONG */
-    struct scene_scalar metallic, roughness;     /* PRINCIPLED */
-    float ior, specular_level, specular_tint[3]; /* PRINCIPLED */
-    float emission[3];                           /* W/m2/sr */
-    bool emission_front_only;
+    int closure_count;
+    struct scene_closure *closures; /* owned */
+    struct scene_colour emission;   /* W/m2/sr */
+    bool emission_front, emission_back;
+    struct scene_normal normal;
 };
 
 enum subdivision_scheme { SUBDIVISION_CATMULL_CLARK, SUBDIVISION_BILINEAR };
@@ -116,6 +160,8 @@ struct scene_object {
     uint32_t slot_count;
     int *materials;      /* one a slot; owned. No slots: the default material */
     float transform[12]; /* object to world */
+    bool hidden;         /* camera rays don't see it */
+    bool shadowless;     /* it casts no shadow */
 };
 
 enum light_type { LIGHT_POINT, LIGHT_SPOT, LIGHT_AREA, LIGHT_SUN };
@@ -132,6 +178,8 @@ struct scene_light {
     float angle;            /* SPOT: full opening; SUN: full diameter; rad */
     float blend;            /* SPOT: 0 .. 1 */
     float spread;           /* AREA: full opening, rad; pi: all */
+    bool seen;              /* by camera rays */
+    bool shadowless;        /* nothing casts a shadow in its light */
 };
 
 struct scene_note {
@@ -157,11 +205,17 @@ struct scene {
  * sentence in error: file, line:column or JSON path, what was found, what was expected. */
 bool scene_read(const char *folder, struct scene *scene, char error[SCENE_ERROR]);
 
-/* Replaces a constant or textured property of a material: "materials/NAME/exponent=VALUE" (phong, >= 0) or
- * "materials/NAME/roughness=VALUE" (principled, 0 .. 1), where NAME may hold slashes; or moves the camera:
- * "camera/shift=X,Y,Z" (m, world space, from where it stands). False and one sentence where the text is no such thing
- * or no material has the name or the property. */
+/* Replaces a property of a material on each of its closures that has it: "materials/NAME/exponent=VALUE" (phong, >= 0)
+ * or "materials/NAME/roughness=VALUE" (0 .. 1; a principled one's coat and sheen keep theirs), where NAME may hold
+ * slashes; or moves the camera: "camera/shift=X,Y,Z" (m, world space, from where it stands). False and one sentence
+ * where the text is no such thing or no material has the name or the property. */
 bool scene_set(struct scene *scene, const char *assignment, char error[SCENE_ERROR]);
+
+/* A closure of this type with the format's defaults, black; on both sides. */
+struct scene_closure scene_closure_of(enum closure_type type);
+
+/* Whether the format gives closures of this type a roughness (a principled one's own, not its coat's). */
+bool scene_closure_has_roughness(enum closure_type type);
 
 /* Frees all that *scene owns and empties it; an empty one is fine. */
 void scene_free(struct scene *scene);

@@ -13,12 +13,15 @@ static char *spell(json_t *root)
     json_object_del(root, "camera");
     json_object_del(root, "notes");
     json_object_del(root, "generator");
-    size_t i;
-    json_t *material;
+    size_t i, k;
+    json_t *material, *closure;
     json_array_foreach(json_object_get(root, "materials"), i, material)
     {
-        json_object_del(material, "exponent");
-        json_object_del(material, "roughness");
+        json_array_foreach(json_object_get(material, "closures"), k, closure)
+        {
+            json_object_del(closure, "exponent");
+            json_object_del(closure, "roughness");
+        }
     }
     return json_dumps(root, JSON_COMPACT | JSON_SORT_KEYS);
 }

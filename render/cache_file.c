@@ -13,7 +13,7 @@
 #include "render/image.h"
 
 /* VERSION rises with every change of what the file holds or of what it means, that of records included. */
-enum { VERSION = 1, BYTE_ORDER_MARK = 0x01020304, BYTE_ORDER_SWAPPED = 0x04030201 };
+enum { VERSION = 2, BYTE_ORDER_MARK = 0x01020304, BYTE_ORDER_SWAPPED = 0x04030201 };
 static const char magic[8] = "BURNISHC";
 
 /* What --method calls each kind. */
@@ -27,31 +27,38 @@ struct header {
     char magic[8];
     uint32_t byte_order, version;
     uint64_t scene, seed;
-    uint32_t kind, lamps, surfaces, material_count;
+    uint32_t kind, lamps, surfaces, closure_count;
     struct scene_camera camera;
     float stretch[CACHES];
     uint32_t zones[CACHES], eas_count, hsh_count;
 };
-static_assert(sizeof(struct header) == 152, "no padding");
+static_assert(sizeof(struct header) == 176, "no padding");
 
-/* What --set may have changed of a material. */
+/* What --set may have changed of a closure. */
 struct property {
     float exponent, roughness;
     int exponent_texture, roughness_texture;
 };
 static_assert(sizeof(struct property) == 16 && sizeof(struct zone) == 28 && sizeof(rgb) == 12, "no padding");
 
-static struct property property_of(const struct scene_material *material)
+static struct property property_of(const struct scene_closure *closure)
 {
-    return (struct property){material->exponent.value, material->roughness.value, material->exponent.texture,
-                             material->roughness.texture};
+    return (struct property){closure->exponent.value, closure->roughness.value, closure->exponent.texture,
+                             closure->roughness.texture};
+}
+
+static uint32_t count_closures(const struct scene *scene)
+{
+    uint32_t count = 0;
+    for (int i = 0; i < scene->material_count; i++) count += (uint32_t)scene->materials[i].closure_count;
+    return count;
 }
 
 /* All but the checksum at the end. */
 static uint64_t bytes_before_checksum(const struct header *header)
 {
     const uint32_t *zones = header->zones;
-    return sizeof *header + (uint64_t)header->material_count * sizeof(struct property) +
+    return sizeof *header + (uint64_t)header->closure_count * sizeof(struct property) +
            (uint64_t)zones[BOUNCED] * (sizeof(struct zone) + sizeof(rgb)) +
            ((uint64_t)zones[DIFFUSE] + zones[GLOSSY]) * (sizeof(struct zone) + sizeof(struct record)) +
            (uint64_t)header->eas_count * sizeof(struct eas) + (uint64_t)header->hsh_count * sizeof(float);
@@ -78,10 +85,11 @@ static char *assemble(const struct header *header, const struct scene *scene, co
     char *bytes = malloc(checked + sizeof checksum), *to = bytes;
     if (!bytes) return NULL;
     put(&to, header, sizeof *header);
-    for (int i = 0; i < scene->material_count; i++) {
-        struct property property = property_of(&scene->materials[i]);
-        put(&to, &property, sizeof property);
-    }
+    for (int i = 0; i < scene->material_count; i++)
+        for (int k = 0; k < scene->materials[i].closure_count; k++) {
+            struct property property = property_of(&scene->materials[i].closures[k]);
+            put(&to, &property, sizeof property);
+        }
     put(&to, fill->bounced.zones.zones, fill->bounced.zones.count * sizeof *fill->bounced.zones.zones);
     put(&to, fill->bounced.e, fill->bounced.zones.count * sizeof *fill->bounced.e);
     put_records(&to, &fill->diffuse);
@@ -103,7 +111,7 @@ bool cache_file_write(const char *path, uint64_t hash, const struct scene *scene
         .kind = fill->options.kind,
         .lamps = fill->options.lamps,
         .surfaces = fill->options.surfaces,
-        .material_count = (uint32_t)scene->material_count,
+        .closure_count = count_closures(scene),
         .camera = scene->camera,
         .stretch = {fill->bounced.zones.stretch, fill->diffuse.zones.stretch, fill->glossy.zones.stretch},
         .zones = {fill->bounced.zones.count, fill->diffuse.zones.count, fill->glossy.zones.count},
@@ -171,7 +179,7 @@ static const char *check_header(const char *bytes, size_t size, uint64_t hash, c
     memcpy(&checksum, bytes + checked, sizeof checksum);
     if (header->byte_order != BYTE_ORDER_MARK || checksum != scene_hash_bytes(0, bytes, checked))
         return "is damaged: its checksum does not fit";
-    if (header->scene != hash || header->material_count != (uint32_t)scene->material_count)
+    if (header->scene != hash || header->closure_count != count_closures(scene))
         return "belongs to another scene, or to this one before it was changed";
     if (header->kind != options->kind) {
         snprintf(found, 256, "was made with --method %s, expected %s", kinds[header->kind < KINDS ? header->kind : 0],
@@ -285,24 +293,32 @@ static const char *take_all(const char *from, const struct header *header, const
 /* What is stale where the properties of materials aren't those that the caches were made with. */
 static void compare_materials(const char *properties, const struct scene *scene, struct cache_file_change *change)
 {
-    int first = -1, count = 0;
+    const char *name = NULL, *word = NULL;
+    int count = 0;
     bool sharper = false;
     for (int i = 0; i < scene->material_count; i++) {
-        struct property was, is = property_of(&scene->materials[i]);
-        memcpy(&was, properties + (size_t)i * sizeof was, sizeof was);
-        if (memcmp(&was, &is, sizeof was) == 0) continue;
-        if (count++ == 0) first = i;
-        sharper = sharper || is.exponent > was.exponent || is.roughness < was.roughness;
+        const struct scene_material *material = &scene->materials[i];
+        bool changed = false;
+        for (int k = 0; k < material->closure_count; k++) {
+            struct property was, is = property_of(&material->closures[k]);
+            memcpy(&was, properties, sizeof was);
+            properties += sizeof was;
+            if (memcmp(&was, &is, sizeof was) == 0) continue;
+            changed = true;
+            sharper = sharper || is.exponent > was.exponent || is.roughness < was.roughness;
+            if (!name) word = material->closures[k].type == CLOSURE_PHONG ? "exponent" : "roughness";
+            name = name ? name : material->name;
+        }
+        count += changed;
     }
     change->materials = count > 0;
     if (!count) return;
-    const struct scene_material *material = &scene->materials[first];
     char others[64] = "";
     if (count > 1) snprintf(others, sizeof others, " and %d more", count - 1);
     snprintf(change->stale, sizeof change->stale,
              "was made at another %s of material '%.100s'%s: light that was reflected specularly there on its way to "
              "the records is stale%s",
-             material->type == MATERIAL_PHONG ? "exponent" : "roughness", material->name, others,
+             word, name, others,
              sharper ? ", and EAS are coarse where it is sharper now: make the cache at the sharpest" : "");
 }
 
@@ -321,7 +337,7 @@ bool cache_file_read(const char *path, uint64_t hash, const struct scene *scene,
         const char *properties = bytes + sizeof header;
         compare_materials(properties, scene, change);
         change->camera = memcmp(&header.camera, &scene->camera, sizeof header.camera) != 0;
-        wrong = take_all(properties + header.material_count * sizeof(struct property), &header, scene, fill);
+        wrong = take_all(properties + header.closure_count * sizeof(struct property), &header, scene, fill);
     }
     if (wrong) {
         snprintf(error, SCENE_ERROR, "%.400s: %s", path, wrong);

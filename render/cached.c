@@ -22,12 +22,6 @@ bool cached_prepare(const struct model *model, const struct fill *fill, int spp,
 
 void cached_free(struct cached *cached) { direct_free(&cached->direct); }
 
-/* Whether the point's lobes are taken from records; if not, they are traced. */
-static bool caches_lobes(const struct cached *cached, const struct point *point)
-{
-    return cached->fill->options.kind != FILL_DIFFUSE && point->brdf.lobe_count > 0 && direct_resolves(&point->brdf);
-}
-
 /* Points of a pixel that are alike; sums until it is looked up. */
 struct group {
     struct point point; /* the first; p, origin, n, wo and kd become sums */
@@ -83,48 +77,58 @@ static rgb record_colour(uint32_t record)
 }
 
 /* Light that bounced, and that of lamps where records hold it. */
-static rgb traced(const struct cached *cached, struct ray ray, struct rng *rng)
+static struct gathered traced(const struct cached *cached, struct ray ray, struct rng *rng)
 {
     const struct diffuse_cache *bounced = &cached->fill->bounced;
-    struct gathered light = cached->fill->options.lamps ? gather_all(cached->model, bounced, ray, rng)
-                                                        : gather(cached->model, bounced, ray, rng, NULL);
-    return add(light.surface, light.mirrored);
+    return cached->fill->options.lamps ? gather_all(cached->model, bounced, ray, rng)
+                                       : gather(cached->model, bounced, ray, rng, NULL);
 }
 
-/* Light of the lobes by one traced ray each, u two numbers in [0, 1). *lamps, where it isn't NULL: what lamps send
- * directly, with the MIS weight against direct_sample. */
-static rgb traced_lobes(const struct cached *cached, const struct point *point, float2 u, rgb *lamps, struct rng *rng)
+/* Light of one lobe by a traced ray, u two numbers in [0, 1). *lamps, where it isn't NULL: what lamps send directly,
+ * with the MIS weight against direct_sample. */
+static rgb traced_lobe(const struct cached *cached, const struct point *point, const struct lobe *lobe, float2 u,
+                       rgb *lamps, struct rng *rng)
 {
-    rgb sum = {0}, lamp = {0};
-    for (int i = 0; i < point->brdf.lobe_count; i++) {
-        float v[2] = {u.x, u.y}, pdf;
-        float3 wi;
-        rgb weight = lobe_sample(&point->brdf.lobes[i], point->n, point->wo, v, &wi, &pdf);
-        if (is_black(weight) || dot(wi, point->ng) <= 0) continue;
-        struct ray ray = {point->origin, wi};
-        if (!lamps) {
-            sum = add(sum, mul(weight, traced(cached, ray, rng)));
-            continue;
-        }
-        struct gathered light = gather_specular(cached->model, &cached->fill->bounced, ray, point->n, pdf, rng, &lamp);
-        sum = add(sum, mul(weight, add(light.surface, light.mirrored)));
-        *lamps = add(*lamps, mul(weight, lamp));
-    }
-    return sum;
+    float v[2] = {u.x, u.y}, pdf;
+    float3 wi;
+    rgb weight = lobe_sample(lobe, point->n, point->wo, v, &wi, &pdf), lamp;
+    struct side side = shade_side(point, lobe_transmits(lobe));
+    if (is_black(weight) || dot(wi, side.ng) <= 0) return vec3(0, 0, 0);
+    struct ray ray = {side.origin, wi};
+    struct gathered light =
+        lamps ? gather_specular(cached->model, &cached->fill->bounced, ray, side.n, pdf, rng, &lamp)
+              : traced(cached, ray, rng);
+    if (lamps) *lamps = add(*lamps, mul(weight, lamp));
+    return mul(weight, add(light.surface, light.mirrored));
 }
 
-/* Where the cache has nothing: the light of one diffuse and one specular ray. */
+/* Bounced light of a diffuse part by a traced ray, photons apart. */
+static rgb traced_diffuse(const struct cached *cached, struct side side, rgb albedo, struct rng *rng)
+{
+    if (is_black(albedo)) return albedo;
+    float u[2] = {rng_float(rng), rng_float(rng)};
+    float3 dir = cosine_direction(side.n, u);
+    if (dot(dir, side.ng) <= 0) return vec3(0, 0, 0);
+    struct gathered light = traced(cached, (struct ray){side.origin, dir}, rng);
+    return mul(albedo, gathered_diffuse(&light, &cached->fill->bounced));
+}
+
+/* What photons bring to a diffuse part. */
+static rgb caustic(const struct cached *cached, float3 p, struct side side, rgb albedo, struct rng *rng)
+{
+    if (is_black(albedo)) return albedo;
+    return scale(mul(albedo, caustics_irradiance(cached->model, &cached->fill->bounced.caustics, p, side, rng)),
+                 1 / PI);
+}
+
+/* Where the cache has nothing: the light of one ray for the diffuse part and each lobe. */
 static rgb traced_indirect(const struct cached *cached, const struct point *point, struct rng *rng)
 {
-    rgb sum = {0};
-    if (!is_black(point->brdf.kd)) {
-        float u[2] = {rng_float(rng), rng_float(rng)};
-        float3 dir = cosine_direction(point->n, u);
-        if (dot(dir, point->ng) > 0) {
-            sum = mul(point->brdf.kd, traced(cached, (struct ray){point->origin, dir}, rng));
-        }
-    }
-    return add(sum, traced_lobes(cached, point, (float2){rng_float(rng), rng_float(rng)}, NULL, rng));
+    rgb sum = traced_diffuse(cached, shade_side(point, false), point->brdf.kd, rng);
+    float2 u = {rng_float(rng), rng_float(rng)};
+    for (int i = 0; i < point->brdf.lobe_count; i++)
+        sum = add(sum, traced_lobe(cached, point, &point->brdf.lobes[i], u, NULL, rng));
+    return sum;
 }
 
 /* One lobe at a point, as the records of a cache see it. */
@@ -149,16 +153,18 @@ static rgb reflect_record(const struct fill *fill, const struct record *record, 
                        sub(p, zone->p));
 }
 
-/* Bounced light at the mean of so many samples' points, from the cache. */
+/* Bounced light at the mean of so many samples' points, from the cache; lobes that it can't resolve are left out. */
 static void look_up(const struct cached *cached, const struct point *mean, float samples, struct pixel *pixel,
                     struct rng *rng)
 {
     struct point point = *mean;
-    bool glossy = caches_lobes(cached, &point);
+    bool glossy = cached->fill->options.kind != FILL_DIFFUSE && point.brdf.lobe_count > 0;
     if (!glossy && is_black(point.brdf.kd)) return;
     const struct record_cache *cache = glossy ? &cached->fill->glossy : &cached->fill->diffuse;
     struct cache_match matches[CACHE_MATCHES];
     int count = cache_find(&cache->zones, point.p, point.n, matches), best = 0;
+    rgb by_photons = caustic(cached, point.p, shade_side(&point, false), point.brdf.kd, rng);
+    pixel->indirect = mad(pixel->indirect, by_photons, samples);
     if (!count) {
         if (!glossy) point.brdf.lobe_count = 0; /* traced already */
         for (int i = 0; i < (int)samples; i++)
@@ -166,7 +172,7 @@ static void look_up(const struct cached *cached, const struct point *mean, float
         return;
     }
     rgb e = {0}, specular = {0};
-    union lobe_view views[2];
+    union lobe_view views[BRDF_LOBES];
     for (int k = 0; glossy && k < point.brdf.lobe_count; k++)
         view_lobe(cached->fill, &point.brdf.lobes[k], &point, &views[k]);
     for (int i = 0; i < count; i++) {
@@ -193,32 +199,49 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
     const int lamps_count = count * SHADOW_RAYS;
     struct sequence place = sequence_draw(&rng, count), lamp = sequence_draw(&rng, lamps_count),
                     lobe = sequence_draw(&rng, count);
+    bool blurred = camera_has_lens(&cached->model->scene->camera);
+    struct sequence lens = {0};
+    if (blurred) lens = sequence_draw(&rng, count);
     float turn = rng_float(&rng);
     struct group groups[BATCH];
     int group_count = 0;
     for (int i = 0; i < count; i++) {
-        float2 jitter = sequence_point(place, i);
+        float2 jitter = sequence_point(place, i), on_lens = {0, 0};
+        if (blurred) on_lens = sequence_point(lens, i);
         struct point point;
-        if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, pixel, &point)) continue;
-        struct group *group = group_of(&cached->direct, groups, &group_count, &point);
-        bool averages = group->averages, from_records = caches_lobes(cached, &point);
+        if (!primary(cached->model, (float)x + jitter.x, (float)y + jitter.y, on_lens, &rng, pixel, &point)) continue;
+        /* The group has the lobes that are resolved. */
+        int lobes = point.brdf.lobe_count, resolved = direct_sort(&point.brdf);
+        point.brdf.lobe_count = resolved;
+        const struct group *group = group_of(&cached->direct, groups, &group_count, &point);
+        point.brdf.lobe_count = lobes;
+        int averaged = group->averages ? resolved : 0,
+            recorded = cached->fill->options.kind == FILL_DIFFUSE ? 0 : resolved;
         for (int k = i * SHADOW_RAYS; k < (i + 1) * SHADOW_RAYS; k++) {
             float2 on_lamp = sequence_point(lamp, k);
             /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself.
              */
             float u[3] = {((float)k + turn) / (float)lamps_count, on_lamp.x, on_lamp.y};
-            rgb light = direct_sample(&cached->direct, &point, u, averages, group->near);
+            rgb light = direct_sample(&cached->direct, &point, u, averaged, group->near);
             if (group->near) {
                 float v[2] = {rng_float(&rng), rng_float(&rng)};
                 light = add(light, direct_met(cached->model, &point, v));
             }
             pixel->direct = mad(pixel->direct, light, 1.0f / SHADOW_RAYS);
         }
-        if (averages && from_records) continue;
         rgb lamps = {0};
-        rgb bounced = traced_lobes(cached, &point, sequence_point(lobe, i), averages ? NULL : &lamps, &rng);
-        if (!from_records) pixel->indirect = add(pixel->indirect, bounced);
+        for (int k = averaged < recorded ? averaged : recorded; k < lobes; k++) {
+            bool lamps_too = k >= averaged && !cached->direct.points_only;
+            rgb bounced = traced_lobe(cached, &point, &point.brdf.lobes[k], sequence_point(lobe, i),
+                                      lamps_too ? &lamps : NULL, &rng);
+            if (k >= recorded) pixel->indirect = add(pixel->indirect, bounced);
+        }
         pixel->direct = add(pixel->direct, lamps);
+        if (is_black(point.brdf.kt)) continue;
+        struct side beyond = shade_side(&point, true);
+        rgb bounced = traced_diffuse(cached, beyond, point.brdf.kt, &rng),
+            by_photons = caustic(cached, point.p, beyond, point.brdf.kt, &rng);
+        pixel->indirect = add(pixel->indirect, add(bounced, by_photons));
     }
     for (int i = 0; i < group_count; i++) {
         struct point point = group_mean(&groups[i]);

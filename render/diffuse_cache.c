@@ -7,11 +7,13 @@
 
 #include "eas/irradiance.h"
 #include "render/gather.h"
+#include "render/pane.h"
 #include "render/path.h"
 
 enum {
     PATHS = 8192,       /* camera paths that say where records are wanted */
     BOUNCES = 4,        /* points of each: what the camera sees and three diffuse bounces on */
+    MOST_STEPS = 32,    /* surfaces that each may meet, glass among them */
     DISTANCE_RAYS = 64, /* to size a zone */
     GATHER_SIDE = 16,   /* squared: rays of each record */
     SOLVE_STEPS = 64,
@@ -40,7 +42,16 @@ static float3 random_direction(float3 n, struct rng *rng)
     return cosine_direction(n, u);
 }
 
-/* The points of diffuse paths from the camera: where the cache will be asked. */
+/* Where a path goes on from a surface that transmits. */
+static float3 scattered(const struct point *point, struct rng *rng)
+{
+    float u[3] = {rng_float(rng), rng_float(rng), rng_float(rng)}, pdf;
+    float3 dir = {0, 0, 0};
+    brdf_sample(&point->brdf, point->n, point->wo, u, &dir, &pdf);
+    return dir;
+}
+
+/* The points of diffuse paths from the camera, seen through glass and panes: where the cache will be asked. */
 static struct place *wanted_places(const struct model *model, uint64_t seed)
 {
     const struct scene_camera *camera = &model->scene->camera;
@@ -54,13 +65,24 @@ static struct place *wanted_places(const struct model *model, uint64_t seed)
               y = (float)fmod(.5 + .5698402909980532 * (i + 1), 1);
         struct ray ray = camera_ray(camera, x * (float)camera->width, y * (float)camera->height);
         struct hit hit;
-        for (int b = 0; b < BOUNCES && trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit); b++) {
+        for (int b = 0, step = 0; b < BOUNCES && step < MOST_STEPS; step++) {
+            if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) break;
             struct point point;
+            rgb weight = {0};
             shade_point(model, ray, &hit, &point);
-            places[i * BOUNCES + b] =
-                (struct place){point.p, point.origin, point.n, point.ng, !is_black(point.brdf.kd)};
-            ray = (struct ray){point.origin, random_direction(point.n, &rng)};
-            if (dot(ray.dir, point.ng) <= 0) break;
+            if (pane_pass(&point, &rng, &weight)) {
+                ray.origin = shade_origin(&point, ray.dir);
+                continue;
+            }
+            bool transmits = brdf_transmits(&point.brdf);
+            float3 dir = transmits ? scattered(&point, &rng) : random_direction(point.n, &rng);
+            bool beyond = dot(point.n, dir) < 0;
+            struct side side = shade_side(&point, beyond);
+            rgb albedo = beyond ? point.brdf.kt : point.brdf.kd;
+            if (!transmits || !is_black(albedo))
+                places[i * BOUNCES + b++] = (struct place){point.p, side.origin, side.n, side.ng, !is_black(albedo)};
+            ray = (struct ray){side.origin, dir};
+            if (dot(dir, side.ng) <= 0) break;
         }
     }
     return places;
@@ -134,10 +156,12 @@ static void gather_row(const struct model *model, const struct diffuse_cache *ca
         if (dot(dir, place->ng) <= 0) continue;
         uint32_t first = row->terms.count;
         struct gathered light = gather(model, cache, (struct ray){place->origin, dir}, &rng, &row->terms);
-        row->constant = mad(row->constant, add(light.surface, light.mirrored), weight);
+        row->constant = mad(row->constant, gathered_diffuse(&light, cache), weight);
         for (uint32_t k = first; k < row->terms.count; k++)
             row->terms.terms[k].coefficient = scale(row->terms.terms[k].coefficient, weight);
     }
+    struct side above = {place->origin, place->n, place->ng};
+    row->constant = add(row->constant, caustics_irradiance(model, &cache->caustics, place->p, above, &rng));
 }
 
 /* e = constant + terms e, by Jacobi's iteration: each step is one more bounce. */
@@ -175,7 +199,9 @@ bool diffuse_cache_build(const struct model *model, uint64_t seed, struct progre
     rgb *e = NULL;
     bool ok = false;
     struct place *places = wanted_places(model, seed);
-    if (!places || !place_records(model, places, seed, &cache->zones, &origins)) goto done;
+    if (!places || !place_records(model, places, seed, &cache->zones, &origins) ||
+        !caustics_build(model, seed, &cache->caustics))
+        goto done;
     uint32_t count = cache->zones.count, finished = 0;
     rows = calloc(count + 1, sizeof *rows);
     e = malloc((count + 1) * sizeof *e);
@@ -209,6 +235,7 @@ done:
 void diffuse_cache_free(struct diffuse_cache *cache)
 {
     cache_free(&cache->zones);
+    caustics_free(&cache->caustics);
     free(cache->e);
     *cache = (struct diffuse_cache){0};
 }
@@ -251,5 +278,5 @@ double diffuse_cache_error(const struct model *model, const struct diffuse_cache
 
 size_t diffuse_cache_bytes(const struct diffuse_cache *cache)
 {
-    return cache_bytes(&cache->zones) + cache->zones.count * sizeof *cache->e;
+    return cache_bytes(&cache->zones) + caustics_bytes(&cache->caustics) + cache->zones.count * sizeof *cache->e;
 }

@@ -9,12 +9,13 @@
 #define RENDER_DIFFUSE_CACHE_H
 
 #include "eas/cache.h"
-#include "render/model.h"
+#include "render/caustics.h"
 #include "render/progress.h"
 
 struct diffuse_cache {
     struct cache zones;
     rgb *e; /* W/m2, one a record; NULL while the cache is being made */
+    struct caustics caustics; /* is in e, too */
 };
 
 /* While the cache is made its values are unknown: light that comes from a record is noted as a term of a linear system,

@@ -3,6 +3,8 @@
 
 #include <stdlib.h>
 
+#include "render/pane.h"
+
 /* Runs of cells over the lamps (and their triangles), a square grid of places each. Four neighbouring runs are shifted
  * against each other so that they interleave to a grid twice as fine: midpoints of equal cells, which integrate a
  * smooth lobe far better than scattered points. */
@@ -27,18 +29,32 @@ enum { DOUBTS = 4 };
 /* A lamp that fills more of what a point sees, sr, has cells that are too wide. */
 #define MOST_SOLID_ANGLE 1.0f
 
-bool direct_resolves(const struct brdf *brdf)
+bool direct_resolves(const struct lobe *lobe)
 {
-    for (int i = 0; i < brdf->lobe_count; i++)
-        if (lobe_width(&brdf->lobes[i]) < LEAST_WIDTH) return false;
-    return true;
+    bool known = lobe->type <= LOBE_METAL && !lobe->beckmann;
+    return known && lobe_width(lobe) >= LEAST_WIDTH;
+}
+
+int direct_sort(struct brdf *brdf)
+{
+    int count = 0;
+    for (int i = 0; i < brdf->lobe_count; i++) {
+        if (!direct_resolves(&brdf->lobes[i])) continue;
+        if (i > count) {
+            struct lobe lobe = brdf->lobes[count];
+            brdf->lobes[count] = brdf->lobes[i];
+            brdf->lobes[i] = lobe;
+        }
+        count++;
+    }
+    return count;
 }
 
 bool direct_averages(const struct direct *direct, const struct point *point)
 {
     if (point->brdf.lobe_count == 0) return true; /* nothing to average, and no lamp to look at for it */
     if (direct->points_only) return true;
-    return direct_resolves(&point->brdf) && !direct_near(direct->model, point);
+    return !direct_near(direct->model, point);
 }
 
 bool direct_near(const struct model *model, const struct point *point)
@@ -49,21 +65,29 @@ bool direct_near(const struct model *model, const struct point *point)
 rgb direct_met(const struct model *model, const struct point *point, const float u[static 2])
 {
     const struct lights *lights = model->lights;
-    float3 dir = cosine_direction(point->n, u);
-    float pdf = dot(dir, point->n) / PI, pdf_light;
-    struct hit hit;
-    if (is_black(point->brdf.kd) || !(pdf > 0) || dot(dir, point->ng) <= 0) return vec3(0, 0, 0);
-    bool found = trace_closest(model->trace, point->origin, dir, INFINITY, &hit);
-    rgb met =
-        lights_radiance_lamps(lights, point->origin, point->n, dir, found ? hit.t : INFINITY, pdf, NULL);
-    if (found) {
+    struct ray ray = {point->origin, cosine_direction(point->n, u)};
+    float pdf = dot(ray.dir, point->n) / PI, travelled = 0, pdf_light;
+    rgb met = {0}, nearer = {0}, passed = {1, 1, 1};
+    if (is_black(point->brdf.kd) || !(pdf > 0) || dot(ray.dir, point->ng) <= 0) return met;
+    while (!is_black(passed)) { /* straight through panes */
+        struct hit hit;
+        bool found = trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit);
+        hit.t = found ? hit.t + travelled : INFINITY;
+        rgb lamps = lights_radiance_lamps(lights, point->origin, point->n, ray.dir, hit.t, pdf, NULL);
+        met = add(met, mul(passed, sub(lamps, nearer)));
+        nearer = lamps;
+        if (!found) {
+            rgb strong = lights_strong(lights, point->origin, point->n, ray.dir, &pdf_light);
+            met = add(met, scale(mul(passed, strong), mis_weight(pdf, pdf_light)));
+            break;
+        }
         struct point at;
-        shade_point(model, (struct ray){point->origin, dir}, &hit, &at);
-        pdf_light = lights_pdf_hit(lights, point->origin, point->n, dir, &hit, at.ng);
-        met = mad(met, at.emission, mis_weight(pdf, pdf_light));
-    } else {
-        rgb strong = lights_strong(lights, point->origin, point->n, dir, &pdf_light);
-        met = mad(met, strong, mis_weight(pdf, pdf_light));
+        shade_point(model, ray, &hit, &at);
+        pdf_light = lights_pdf_hit(lights, point->origin, point->n, ray.dir, &hit, at.ng);
+        met = add(met, scale(mul(passed, at.emission), mis_weight(pdf, pdf_light)));
+        passed = mul(passed, at.brdf.through);
+        ray.origin = shade_origin(&at, ray.dir);
+        travelled = hit.t;
     }
     return mul(point->brdf.kd, met);
 }
@@ -224,26 +248,40 @@ static void reflect_cells(const struct direct *direct, const struct point *point
         for (int i = 0; i < count; i++) light[c][i] = f_cos[c][i] * cells->flux[c][i];
 }
 
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages,
-                  bool near)
+/* direct_sample on one side. */
+static rgb sample_side(const struct direct *direct, const struct point *point, bool beyond, const float u[static 3],
+                       int averaged, bool near)
 {
     const struct brdf *brdf = &point->brdf;
+    const struct side side = shade_side(point, beyond);
     struct light_sample light;
     rgb sum = {0};
-    if ((direct->sky || is_black(brdf->kd)) && (averages || brdf->lobe_count == 0)) return sum;
-    if (direct->idle || !lights_sample(direct->model->lights, point->origin, point->n, u, &light)) return sum;
+    if (!lights_sample(direct->model->lights, side.origin, side.n, u, &light)) return sum;
     if (direct->points_only && light.pdf > 0) return sum;
-    float cosine = dot(light.wi, point->n);
-    if (cosine <= 0 || dot(light.wi, point->ng) <= 0) return sum;
-    if (!direct->sky) sum = scale(mul(light.weight, brdf->kd), cosine / PI * direct_weight(near, &light, cosine));
-    for (int i = 0; !averages && i < brdf->lobe_count; i++) {
+    float cosine = dot(light.wi, side.n);
+    if (cosine <= 0 || dot(light.wi, side.ng) <= 0) return sum;
+    if (beyond) sum = scale(mul(light.weight, brdf->kt), cosine / PI);
+    else if (!direct->sky) sum = scale(mul(light.weight, brdf->kd), cosine / PI * direct_weight(near, &light, cosine));
+    for (int i = averaged; i < brdf->lobe_count; i++) {
         const struct lobe *lobe = &brdf->lobes[i];
-        float mis = light.pdf > 0 ? mis_weight(light.pdf, lobe_pdf(lobe, point->n, point->wo, light.wi)) : 1;
+        float pdf = lobe_pdf(lobe, point->n, point->wo, light.wi);
+        float mis = light.pdf > 0 ? mis_weight(light.pdf, pdf) : 1;
         rgb f = lobe_eval(lobe, point->n, point->wo, light.wi);
         sum = mad(sum, mul(light.weight, f), cosine * mis);
     }
-    bool lit = !is_black(sum) && !trace_occluded(direct->model->trace, point->origin, light.wi, light.distance);
-    return lit ? sum : vec3(0, 0, 0);
+    if (is_black(sum)) return sum;
+    return mul(sum, pane_transmittance(direct->model, side.origin, light.wi, light.reach));
+}
+
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged,
+                  bool near)
+{
+    const struct brdf *brdf = &point->brdf;
+    rgb sum = {0};
+    if (direct->idle) return sum;
+    if (averaged < brdf->lobe_count || (!direct->sky && !is_black(brdf->kd)))
+        sum = sample_side(direct, point, false, u, averaged, near);
+    return brdf_spreads(brdf) ? add(sum, sample_side(direct, point, true, u, averaged, false)) : sum;
 }
 
 /* Alike points that look at cells; `point` is their mean. */
@@ -270,7 +308,7 @@ static bool aim(const struct look *look, int k, int i, float along, struct rng *
             return false;
         /* Sampled from the mean point: the same place from this origin. */
         float3 to = isinf(light.distance) ? light.wi : sub(mad(point->origin, light.wi, light.distance), origin);
-        ray->tfar = isinf(light.distance) ? INFINITY : length(to);
+        ray->tfar = light.reach == 0 ? 0 : isinf(light.distance) ? INFINITY : length(to);
         ray->dir = normalize(to);
     }
     return dot(ray->dir, point->ng) > 0;
@@ -299,8 +337,7 @@ static rgb shadowed(const struct look *look, const float light[3][DIRECT_CELLS],
                     int rays, struct shadow_memory *memory, struct rng *rng)
 {
     struct shadow_ray traced[MOST_RAYS];
-    bool occluded[MOST_RAYS];
-    rgb shares[MOST_RAYS], asked = {0}, lit = {0};
+    rgb shares[MOST_RAYS], through[MOST_RAYS], asked = {0}, lit = {0};
     int cells[MOST_RAYS], count = 0, cell = 0;
     float step = sum / (float)rays, passed = 0;
     for (int k = 0; k < rays; k++) {
@@ -313,10 +350,10 @@ static rgb shadowed(const struct look *look, const float light[3][DIRECT_CELLS],
         cells[count] = cell;
         count += aim(look, k, cell, along, rng, &traced[count]);
     }
-    trace_shadows(look->direct->model->trace, traced, count, occluded);
+    pane_transmittances(look->direct->model, traced, count, through);
     for (int k = 0; k < count; k++) {
-        if (!occluded[k]) lit = add(lit, shares[k]);
-        remember(look->direct, memory, cells[k], !occluded[k]);
+        lit = add(lit, mul(shares[k], through[k]));
+        remember(look->direct, memory, cells[k], !is_black(through[k]));
     }
     float red = 0, green = 0, blue = 0;
 #pragma omp simd reduction(+ : red, green, blue)

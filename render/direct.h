@@ -43,9 +43,12 @@ void direct_forget(struct shadow_memory *memory);
 bool direct_prepare(const struct model *model, const struct mean_brdf *tables, bool points_only, struct direct *direct);
 void direct_free(struct direct *direct);
 
-/* Whether cells of lamps and gather rays resolve all lobes of a reflectance: none is narrower than that of about n =
- * 300. */
-bool direct_resolves(const struct brdf *brdf);
+/* Whether cells of lamps and gather rays resolve a lobe: it reflects by Phong's or GGX's distribution, whose means over
+ * cones are known, and isn't narrower than about n = 300. */
+bool direct_resolves(const struct lobe *lobe);
+
+/* Moves the lobes that are resolved to the front. Returns how many they are. */
+int direct_sort(struct brdf *brdf);
 
 /* Whether a lamp is so near that samples of it by area leave the diffuse part noisy and its rare large ones decide: it
  * fills 1 sr or more. Then direct_met shares the work by MIS. */
@@ -61,18 +64,19 @@ static inline float direct_weight(bool near, const struct light_sample *light, f
  * weight against lights_sample. */
 rgb direct_met(const struct model *model, const struct point *point, const float u[static 2]);
 
-/* Whether direct_light averages the lobes at this point over cells of the lamps: they are wide enough, and no lamp so
- * near that a cell of it is wider. If not, direct_sample and a ray by each lobe share the work by MIS. */
+/* Whether direct_light averages the resolved lobes at this point over cells of the lamps: no lamp is so near that a cell
+ * of it is wider. If not, direct_sample and a ray by each lobe share the work by MIS, as they do for all other lobes. */
 bool direct_averages(const struct direct *direct, const struct point *point);
 
-/* The light of one lamp sample (u: three numbers in [0, 1)) with its shadow ray, by the parts that direct_light leaves
- * out; `averages`: direct_averages at the point; near: direct_near. Lobes have the MIS weight against sampling each. */
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], bool averages,
+/* The light of one lamp sample (u: three numbers in [0, 1)) with its shadow ray, and of one beyond the surface where it
+ * transmits, by the parts that direct_light leaves out: `averaged` of the point's lobes, sorted, are its; near:
+ * direct_near. Lobes have the MIS weight against sampling each. */
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged,
                   bool near);
 
-/* The light of alike points at their mean: under an environment alone the diffuse part, and the lobes where `averages`.
- * `origins`: where the points' rays start, `count` of them; shadow rays leave them in turn, about `rays` where nothing
- * is remembered, more where a sky's light is bright. */
+/* The light of alike points at their mean, whose lobes are all resolved: under an environment alone the diffuse part,
+ * and the lobes where `averages`. `origins`: where the points' rays start, `count` of them; shadow rays leave them in
+ * turn, about `rays` where nothing is remembered, more where a sky's light is bright. */
 rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins,
                  int count, int rays, struct shadow_memory *memory, struct rng *rng);
 

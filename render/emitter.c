@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "render/surface.h"
 #include "render/transform.h"
 
 /* Within so many radii of the sphere about an emitter of so many triangles each is weighed by what it sends. */
@@ -21,24 +22,52 @@ static const struct scene_material *material_of(const struct scene *scene, const
 {
     int index = slot < object->slot_count ? object->materials[slot] : SCENE_NONE;
     const struct scene_material *material = index == SCENE_NONE ? NULL : &scene->materials[index];
-    return material && max3(vec_from(material->emission)) > 0 ? material : NULL;
+    if (!material || (material->emission.texture == SCENE_NONE && max3(vec_from(material->emission.value)) <= 0))
+        return NULL;
+    return material->emission_front || material->emission_back ? material : NULL;
 }
 
-static struct emitter_triangle place(const struct trace_object *placed, uint32_t triangle,
-                                     const struct scene_material *material)
+static bool varies(const struct emitter_triangle *t) { return t->material->emission.texture != SCENE_NONE; }
+
+/* The mean radiance over a triangle and the sides that shine, seen by the cosine law. */
+static rgb mean_radiance(const struct emitter *e, const struct emitter_triangle *t)
 {
-    const struct triangles *t = placed->triangles;
+    enum { SAMPLES = 32 };
+    rgb sum = {0};
+    for (int i = 0; i < SAMPLES; i++) {
+        float u = fmodf(.7548777f * (float)i + .5f, 1), v = fmodf(.5698403f * (float)i + .5f, 1); /* R2 */
+        if (u + v > 1) {
+            u = 1 - u;
+            v = 1 - v;
+        }
+        struct texture_place place = {.uv = surface_uv(e->placed->triangles, t->index, u, v),
+                                      .cosine = sqrtf(((float)i + .5f) / SAMPLES),
+                                      .front = t->front && (!t->back || i % 2)};
+        sum = mad(sum, surface_emission(&e->textures, t->material, &place), 1.0f / SAMPLES);
+    }
+    return sum;
+}
+
+static struct emitter_triangle place(const struct emitter *e, uint32_t triangle, const struct scene_material *material)
+{
+    const struct triangles *t = e->placed->triangles;
     const uint32_t *index = t->indices + 3 * (size_t)triangle;
     float3 corner[3];
     for (int k = 0; k < 3; k++)
-        corner[k] = transform_point(placed->transform, vec_from(t->positions + 3 * (size_t)index[k]));
-    struct emitter_triangle result = {corner[0], sub(corner[1], corner[0]), sub(corner[2], corner[0]),
-                                      vec_from(material->emission), material->emission_front_only};
-    if (transform_determinant(placed->transform) < 0) { /* mirrored: the front stays the same side */
+        corner[k] = transform_point(e->placed->transform, vec_from(t->positions + 3 * (size_t)index[k]));
+    struct emitter_triangle result = {.a = corner[0],
+                                      .ab = sub(corner[1], corner[0]),
+                                      .ac = sub(corner[2], corner[0]),
+                                      .index = triangle,
+                                      .material = material,
+                                      .front = material->emission_front,
+                                      .back = material->emission_back};
+    if (e->mirrored) { /* the front stays the same side */
         float3 swap = result.ab;
         result.ab = result.ac;
         result.ac = swap;
     }
+    result.radiance = varies(&result) ? mean_radiance(e, &result) : vec_from(material->emission.value);
     return result;
 }
 
@@ -115,7 +144,8 @@ static void summarise(struct emitter *e)
             }
         }
         e->flat = e->flat && dot(normalize(cross(t->ab, t->ac)), e->normal) > 0.9999f;
-        e->both_sides = e->both_sides || !t->front_only;
+        e->front = e->front || t->front;
+        e->back = e->back || t->back;
         e->cumulative[i] = sum;
         sum += (double)area(t) * luminance(t->radiance);
     }
@@ -127,27 +157,31 @@ static void summarise(struct emitter *e)
     e->height -= 1e-4f * e->radius; /* nearly coplanar corners */
 }
 
-bool emitter_build(const struct scene *scene, const struct scene_object *object, const struct trace_object *placed,
-                   float scene_radius, struct emitter *emitter)
+bool emitter_build(const struct scene *scene, const struct textures *textures, const struct scene_object *object,
+                   const struct trace_object *placed, float scene_radius, struct emitter *emitter)
 {
-    *emitter = (struct emitter){.scene_radius = scene_radius};
+    struct emitter *e = emitter;
     const struct triangles *t = placed->triangles;
+    *e = (struct emitter){
+        .textures = *textures, .placed = placed, .mirrored = transform_determinant(placed->transform) < 0,
+        .scene_radius = scene_radius};
     uint32_t count = 0;
     for (uint32_t i = 0; i < t->triangle_count; i++) count += material_of(scene, object, t->slots[i]) != NULL;
     if (count == 0) return true;
-    emitter->triangles = malloc(count * sizeof *emitter->triangles);
-    emitter->cumulative = malloc((count + (size_t)1) * sizeof *emitter->cumulative);
-    if (!emitter->triangles || !emitter->cumulative) {
-        emitter_free(emitter);
+    e->triangles = malloc(count * sizeof *e->triangles);
+    e->cumulative = malloc((count + (size_t)1) * sizeof *e->cumulative);
+    e->own = malloc(t->triangle_count * sizeof *e->own);
+    if (!e->triangles || !e->cumulative || !e->own) {
+        emitter_free(e);
         return false;
     }
     for (uint32_t i = 0; i < t->triangle_count; i++) {
         const struct scene_material *material = material_of(scene, object, t->slots[i]);
-        if (material) emitter->triangles[emitter->count++] = place(placed, i, material);
+        e->own[i] = material ? e->count : UINT32_MAX;
+        if (material) e->triangles[e->count++] = place(e, i, material);
     }
-    summarise(emitter);
-    emitter->whole = count == t->triangle_count;
-    emitter->closed = emitter->whole && is_closed(t);
+    summarise(e);
+    e->closed = count == t->triangle_count && is_closed(t);
     return true;
 }
 
@@ -155,6 +189,7 @@ void emitter_free(struct emitter *emitter)
 {
     free(emitter->triangles);
     free(emitter->cumulative);
+    free(emitter->own);
     *emitter = (struct emitter){0};
 }
 
@@ -166,7 +201,7 @@ float emitter_irradiance(const struct emitter *emitter, float3 p, float3 n)
     float bound = d > r ? clampf((dot(n, to) + r) / d, 0, 1) : 1;
     if (e->flat) {
         float height = dot(e->normal, p) - e->height;
-        if (height <= 0 && !e->both_sides) return 0;
+        if (height <= 0 && !e->back) return 0;
         own = maxf(fabsf(height), 1e-3f * r) / maxf(fabsf(height), maxf(d - r, 1e-3f * r));
     }
     return e->strength * own * bound / maxf(d * d + r * r, 1e-20f);
@@ -187,7 +222,7 @@ static bool in_slabs(const struct emitter *e, float3 p)
 static bool is_near(const struct emitter *e, float3 p)
 {
     float3 to = sub(e->centre, p);
-    return e->whole && e->count >= LEAST_WEIGHED && e->count <= MOST_WEIGHED &&
+    return e->count >= LEAST_WEIGHED && e->count <= MOST_WEIGHED &&
            dot(to, to) < sqr(NEAR_RADII * e->radius);
 }
 
@@ -197,7 +232,7 @@ static float weight(const struct emitter *e, const struct emitter_triangle *t, f
 {
     float3 normal = cross(t->ab, t->ac), to = sub(mad(mad(t->a, t->ab, 1 / 3.0f), t->ac, 1 / 3.0f), p);
     float height = -dot(to, normal), twice_area2 = dot(normal, normal);
-    if (height == 0 || (height < 0 && (t->front_only || (e->closed && !inside)))) return 0;
+    if (height > 0 ? !t->front : height == 0 || !t->back || (e->closed && !inside)) return 0;
     float d2 = maxf(dot(to, to), sqrtf(twice_area2));
     return luminance(t->radiance) * fabsf(height) / (d2 * sqrtf(d2));
 }
@@ -216,12 +251,13 @@ static float near_pdf_area(const struct emitter *e, const struct emitter_triangl
     return BY_AREA * luminance(t->radiance) / e->strength + (1 - BY_AREA) * weighed;
 }
 
-float emitter_pdf_area(const struct emitter *emitter, float3 p, uint32_t triangle, float light)
+float emitter_pdf_area(const struct emitter *emitter, float3 p, uint32_t triangle)
 {
     const struct emitter *e = emitter;
-    if (!is_near(e, p)) return light / e->strength;
+    if (e->own[triangle] == UINT32_MAX) return 0;
+    const struct emitter_triangle *t = &e->triangles[e->own[triangle]];
+    if (!is_near(e, p)) return luminance(t->radiance) / e->strength;
     bool inside = in_slabs(e, p);
-    const struct emitter_triangle *t = &e->triangles[triangle];
     return near_pdf_area(e, t, weight(e, t, p, inside), weight_sum(e, p, inside));
 }
 
@@ -265,6 +301,17 @@ static const struct emitter_triangle *choose(const struct emitter *e, float3 p, 
     return t;
 }
 
+/* What a triangle sends along wo from the corner a + x ab + y ac, as shade_point finds it. */
+static rgb radiance_at(const struct emitter *e, const struct emitter_triangle *t, float x, float y, float3 wo,
+                       bool front)
+{
+    float u = e->mirrored ? y : x, v = e->mirrored ? x : y;
+    struct texture_place place = {.uv = surface_uv(e->placed->triangles, t->index, u, v),
+                                  .cosine = fabsf(dot(surface_normal(e->placed, t->index, u, v), wo)),
+                                  .front = front};
+    return surface_emission(&e->textures, t->material, &place);
+}
+
 bool emitter_sample(const struct emitter *emitter, float3 p, const float u[static 3], float3 *wi, float *distance,
                     rgb *radiance, float *pdf)
 {
@@ -283,14 +330,14 @@ bool emitter_sample(const struct emitter *emitter, float3 p, const float u[stati
     float3 q = mad(mad(t->a, t->ab, x), t->ac, y);
     float3 ng = normalize(cross(t->ab, t->ac)), to = sub(q, p);
     float side = dot(to, ng);
-    if (side == 0 || (side > 0 && t->front_only)) return false;
+    if (side < 0 ? !t->front : side == 0 || !t->back) return false;
     /* From outside a closed emitter its nearer fronts hide all its backs: no shadow ray needed to know. */
     if (side > 0 && e->closed && !in_slabs(e, p)) return false;
     to = sub(trace_offset(q, side > 0 ? scale(ng, -1) : ng, e->scene_radius), p);
     float d2 = dot(to, to);
     *distance = sqrtf(d2);
     *wi = scale(to, 1 / *distance);
-    *radiance = t->radiance;
+    *radiance = varies(t) ? radiance_at(e, t, x, y, scale(*wi, -1), side < 0) : t->radiance;
     *pdf = pdf_area * d2 / fabsf(dot(*wi, ng));
     return true;
 }

@@ -62,13 +62,13 @@ static void look(const struct model *model, const struct fill *fill, const struc
         int x = (int)pixel % camera->width, y = (int)pixel / camera->width;
         struct ray ray = camera_ray(camera, (float)x + .5f, (float)y + .5f);
         struct hit hit;
-        if (!trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
+        if (!trace_camera(model->trace, ray.origin, ray.dir, INFINITY, &hit)) return;
         shade_point(model, ray, &hit, &draft->point);
     } else if (!surfaces_point(&places->surfaces, place, &draft->point)) {
         return;
     }
-    draft->glossy =
-        fill->options.kind != FILL_DIFFUSE && draft->point.brdf.lobe_count > 0 && direct_resolves(&draft->point.brdf);
+    draft->point.brdf.lobe_count = direct_sort(&draft->point.brdf); /* the others are traced */
+    draft->glossy = fill->options.kind != FILL_DIFFUSE && draft->point.brdf.lobe_count > 0;
     if (!draft->glossy && is_black(draft->point.brdf.kd)) return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;
     draft->wanted = !cache_covers(&cache->zones, draft->point.p, draft->point.n) &&
@@ -180,9 +180,9 @@ bool fill_extend(const struct model *model, struct progress *progress, struct fi
     return true;
 }
 
-static struct lobe lobe_of(enum material_type type, float width)
+static struct lobe lobe_of(enum closure_type type, float width)
 {
-    if (type == MATERIAL_PHONG) return (struct lobe){.type = LOBE_PHONG, .exponent = maxf(width, 0)};
+    if (type == CLOSURE_PHONG) return (struct lobe){.type = LOBE_PHONG, .exponent = maxf(width, 0)};
     float2 alpha = ggx_alphas(clampf(width, 0, 1), 0);
     return (struct lobe){.type = LOBE_METAL, .alpha_x = alpha.x, .alpha_y = alpha.y};
 }
@@ -192,19 +192,21 @@ static struct lobe lobe_of(enum material_type type, float width)
 static struct hsh *build_hsh(const struct scene *scene)
 {
     enum { RUNGS = 24 };
-    struct lobe *lobes = malloc((size_t)(scene->material_count * RUNGS + 1) * sizeof *lobes);
-    int count = 0;
-    for (int i = 0; lobes && i < scene->material_count; i++) {
-        const struct scene_material *material = &scene->materials[i];
-        bool phong = material->type == MATERIAL_PHONG;
-        const struct scene_scalar *width = phong ? &material->exponent : &material->roughness;
-        if (material->type == MATERIAL_DIFFUSE) continue;
-        for (int k = 0; k < (width->texture == SCENE_NONE ? 1 : RUNGS); k++) {
-            float rung = powf(phong ? 300 : .2f, (float)k / (RUNGS - 1));
-            struct lobe lobe = lobe_of(material->type, width->texture == SCENE_NONE ? width->value : rung);
-            if (direct_resolves(&(struct brdf){.lobe_count = 1, .lobes = {lobe}})) lobes[count++] = lobe;
+    int closures = 0, count = 0;
+    for (int i = 0; i < scene->material_count; i++) closures += scene->materials[i].closure_count;
+    struct lobe *lobes = malloc((size_t)(closures * RUNGS + 1) * sizeof *lobes);
+    for (int i = 0; lobes && i < scene->material_count; i++)
+        for (int c = 0; c < scene->materials[i].closure_count; c++) {
+            const struct scene_closure *closure = &scene->materials[i].closures[c];
+            bool phong = closure->type == CLOSURE_PHONG;
+            if (!phong && closure->type != CLOSURE_GLOSSY && closure->type != CLOSURE_PRINCIPLED) continue;
+            const struct scene_scalar *width = phong ? &closure->exponent : &closure->roughness;
+            for (int k = 0; k < (width->texture == SCENE_NONE ? 1 : RUNGS); k++) {
+                float rung = powf(phong ? 300 : .2f, (float)k / (RUNGS - 1));
+                struct lobe lobe = lobe_of(closure->type, width->texture == SCENE_NONE ? width->value : rung);
+                if (direct_resolves(&lobe)) lobes[count++] = lobe;
+            }
         }
-    }
     struct hsh *hsh = lobes ? hsh_build(lobes, count, HSH_LOSS, HSH_ORDER) : NULL;
     free(lobes);
     return hsh;

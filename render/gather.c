@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "render/direct.h"
+#include "render/pane.h"
 
 /* Rays in a chain; Russian roulette begins after the first continuation. */
 enum { MAX_DEPTH = 32 };
@@ -22,6 +23,7 @@ struct chain {
     rgb *lamps;    /* what the first ray meets of lamps, or NULL */
     float largest; /* luminance of the largest part of out->mirrored so far: it decides the distance */
     float power;   /* 2 x the mean curvature of the first hit, 1/m: how it shortens what is seen behind it */
+    bool clear;    /* the ray has been refracted only so far: what it meets is seen where it is */
 };
 
 static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb throughput, int depth, float before);
@@ -40,26 +42,30 @@ static struct lobe widened(const struct lobe *lobe, float omega)
 struct lamp_light {
     rgb diffuse, specular;
     float3 wi;
-    float distance;
+    float distance, reach; /* as light_sample's */
 };
 
-/* One of `count` lamp samples: its lobes averaged over the part of the lamps that it stands for, or with the MIS weight
- * against sampling each lobe. False where none arrives. */
-static bool candidate(const struct model *model, const struct point *point, bool averages, bool near, int count,
-                      const float u[static 3], struct lamp_light *out)
+/* One of `count` lamp samples on a side of the surface: its lobes averaged, where that is wanted and they are resolved,
+ * over the part of the lamps that it stands for, or with the MIS weight against sampling each; near: direct_near on
+ * this side. False where none arrives. */
+static bool candidate(const struct model *model, const struct point *point, const struct side *side, bool averages,
+                      bool near, int count, const float u[static 3], struct lamp_light *out)
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
-    if (!lights_sample(model->lights, point->origin, point->n, u, &light)) return false;
-    float cosine = dot(light.wi, point->n);
-    if (cosine <= 0 || dot(light.wi, point->ng) <= 0) return false;
-    float share = cosine / PI * direct_weight(near, &light, cosine);
+    if (!lights_sample(model->lights, side->origin, side->n, u, &light)) return false;
+    float cosine = dot(light.wi, side->n);
+    if (cosine <= 0 || dot(light.wi, side->ng) <= 0) return false;
+    rgb diffuse = dot(light.wi, point->n) > 0 ? brdf->kd : brdf->kt;
     *out = (struct lamp_light){
-        .diffuse = scale(mul(light.weight, brdf->kd), share), .wi = light.wi, .distance = light.distance};
+        .diffuse = scale(mul(light.weight, diffuse), cosine / PI * direct_weight(near, &light, cosine)),
+        .wi = light.wi,
+        .distance = light.distance,
+        .reach = light.reach};
     for (int i = 0; i < brdf->lobe_count; i++) {
         struct lobe lobe = brdf->lobes[i];
         float weight = cosine;
-        if (light.pdf > 0 && averages) lobe = widened(&lobe, 1 / ((float)count * light.pdf));
+        if (light.pdf > 0 && averages && direct_resolves(&lobe)) lobe = widened(&lobe, 1 / ((float)count * light.pdf));
         else if (light.pdf > 0) weight *= mis_weight(light.pdf, lobe_pdf(&lobe, point->n, point->wo, light.wi));
         out->specular = mad(out->specular, mul(light.weight, lobe_eval(&lobe, point->n, point->wo, light.wi)), weight);
     }
@@ -69,9 +75,10 @@ static bool candidate(const struct model *model, const struct point *point, bool
 /* Light of the lamps at a point by one shadow ray. On glossy surfaces it goes to one of CANDIDATES lamp samples, chosen
  * by the light that they would reflect, and stands for all of them (resampling, Talbot et al. 2005): a highlight then
  * has noise in its shadows alone. False where nothing arrives. */
-static bool lamp_light(const struct model *model, const struct point *point, bool averages, bool near,
+static bool lamp_light(const struct model *model, const struct point *point, bool beyond, bool averages, bool near,
                        struct rng *rng, struct lamp_light *out)
 {
+    struct side from = shade_side(point, beyond);
     int side = point->brdf.lobe_count ? CANDIDATES : 1, count = side * side;
     float u0 = rng_float(rng), sum = 0, pick = rng_float(rng), chosen = 0;
     *out = (struct lamp_light){.distance = 0};
@@ -80,7 +87,7 @@ static bool lamp_light(const struct model *model, const struct point *point, boo
         float u[3] = {turn < 1 ? turn : turn - 1, ((float)(i / side) + u1) / (float)side,
                       ((float)(i % side) + u2) / (float)side};
         struct lamp_light light;
-        if (!candidate(model, point, averages, near, count, u, &light)) continue;
+        if (!candidate(model, point, &from, averages, near && !beyond, count, u, &light)) continue;
         float value = luminance(add(light.diffuse, light.specular));
         if (value <= 0) continue;
         sum += value;
@@ -94,10 +101,11 @@ static bool lamp_light(const struct model *model, const struct point *point, boo
             pick = (pick - p) / (1 - p);
         }
     }
-    if (sum <= 0 || trace_occluded(model->trace, point->origin, out->wi, out->distance)) return false;
-    float scale_ = sum / (chosen * (float)count);
-    out->diffuse = scale(out->diffuse, scale_);
-    out->specular = scale(out->specular, scale_);
+    rgb passed = sum > 0 ? pane_transmittance(model, from.origin, out->wi, out->reach) : vec3(0, 0, 0);
+    if (is_black(passed)) return false;
+    passed = scale(passed, sum / (chosen * (float)count));
+    out->diffuse = mul(out->diffuse, passed);
+    out->specular = mul(out->specular, passed);
     return true;
 }
 
@@ -125,10 +133,12 @@ static void add_light(struct chain *chain, rgb light, bool own, float distance)
 }
 
 /* The same for lamps that the ray met: those of the first ray are told apart. */
-static void add_lamps(struct chain *chain, rgb light, bool own, float distance)
+static void add_lamps(struct chain *chain, rgb light, int depth, float distance)
 {
-    if (own && chain->lamps) *chain->lamps = add(*chain->lamps, light);
-    else if (!is_black(light)) add_light(chain, light, own, distance);
+    if (is_black(light)) return;
+    if (depth == 0 && chain->lamps) *chain->lamps = add(*chain->lamps, light);
+    else add_light(chain, light, depth == 0, distance);
+    if (depth == 1 && !chain->clear) chain->out->caustic = add(chain->out->caustic, light);
 }
 
 static void add_term(struct gather_terms *terms, uint32_t record, rgb coefficient)
@@ -146,15 +156,17 @@ static void add_term(struct gather_terms *terms, uint32_t record, rgb coefficien
     terms->terms[terms->count++] = (struct gather_term){record, coefficient};
 }
 
-/* Bounced light that the diffuse part of `point`, `length_` away from the ray's origin, sends back. */
-static void bounced(struct chain *chain, const struct point *point, float length_, rgb throughput, int depth, bool own,
-                    float before)
+/* Bounced light that a diffuse part of `point`, `length_` away from the ray's origin, sends back: that of the viewer's
+ * side or the one beyond. */
+static void bounced(struct chain *chain, const struct point *point, bool beyond, float length_, rgb throughput,
+                    int depth, bool own, float before)
 {
-    rgb coefficient = mul(throughput, scale(point->brdf.kd, 1 / PI));
+    rgb coefficient = mul(throughput, scale(beyond ? point->brdf.kt : point->brdf.kd, 1 / PI));
     if (is_black(coefficient)) return;
+    struct side side = shade_side(point, beyond);
     struct cache_match matches[CACHE_MATCHES];
     const struct cache *zones = &chain->cache->zones;
-    int count = cache_find(zones, point->p, point->n, matches), best = 0;
+    int count = cache_find(zones, point->p, side.n, matches), best = 0;
     for (int i = 1; i < count; i++)
         if (matches[i].weight > matches[best].weight) best = i;
     if (count && length_ >= zones->zones[matches[best].record].radius) {
@@ -168,34 +180,37 @@ static void bounced(struct chain *chain, const struct point *point, float length
         add_light(chain, mul(coefficient, diffuse_cache_mean(chain->cache, matches, count)), own, before);
         return;
     }
-    rgb through = scale(coefficient, PI); /* cosine-weighted: f cos / pdf = kd */
+    rgb through = scale(coefficient, PI); /* cosine-weighted: f cos / pdf = albedo */
     float survive = depth < 2 ? 1 : minf(max3(through), .95f);
     if (rng_float(chain->rng) >= survive) return;
     float u[2] = {rng_float(chain->rng), rng_float(chain->rng)};
-    float3 dir = cosine_direction(point->n, u);
-    if (dot(dir, point->ng) <= 0) return;
+    float3 dir = cosine_direction(side.n, u);
+    if (dot(dir, side.ng) <= 0) return;
     struct gathered inner = {.distance = 0};
     struct chain next = *chain;
     next.out = &inner; /* all that comes by the bounce is this surface's */
-    follow(&next, (struct ray){point->origin, dir}, point->n, 0, scale(through, 1 / survive), depth + 1, 0);
+    follow(&next, (struct ray){side.origin, dir}, side.n, 0, scale(through, 1 / survive), depth + 1, 0);
     add_light(chain, add(inner.surface, inner.mirrored), own, before);
 }
 
-/* Direct light of one lamp sample, and the specular continuation. */
+/* Direct light of one lamp sample a side, and the specular continuation. */
 static void lit(struct chain *chain, const struct point *point, rgb throughput, int depth, bool own, float before)
 {
     const struct brdf *brdf = &point->brdf;
-    float weights[2] = {0}, total = 0;
-    for (int i = 0; i < brdf->lobe_count; i++) total += weights[i] = max3(mul(throughput, brdf->lobes[i].weight));
+    float weights[BRDF_LOBES] = {0}, total = 0, cos_o = maxf(dot(point->n, point->wo), 0);
+    for (int i = 0; i < brdf->lobe_count; i++)
+        total += weights[i] = max3(mul(throughput, lobe_albedo(&brdf->lobes[i], cos_o)));
     float survive = depth == 0 ? 1 : minf(total, .95f);
 
     struct lamp_light lamp;
-    bool near = direct_near(chain->model, point), averages = direct_resolves(brdf) && !near;
+    bool near = direct_near(chain->model, point), averages = !near;
     int shadow_rays = depth == 0 && lights_environment(chain->model->lights) ? SKY_RAYS : 1;
-    for (int i = 0; i < shadow_rays; i++) {
-        if (!lamp_light(chain->model, point, averages, near, chain->rng, &lamp)) continue;
+    int sides = brdf_spreads(brdf) ? 2 : 1;
+    for (int i = 0; i < sides * shadow_rays; i++) {
+        if (!lamp_light(chain->model, point, i % sides, averages, near, chain->rng, &lamp)) continue;
         rgb share = scale(throughput, 1 / (float)shadow_rays);
         add_light(chain, mul(share, lamp.diffuse), own, before);
+        if (depth == 0 && i % sides == 0) chain->out->caustic = add(chain->out->caustic, mul(share, lamp.specular));
         add_light(chain, mul(share, lamp.specular), false,
                   depth == 0 ? image_distance(chain, before, lamp.distance) : before);
     }
@@ -204,64 +219,88 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
         add_light(chain, mul(throughput, direct_met(chain->model, point, u)), own, before);
     }
     if (total <= 0 || rng_float(chain->rng) >= survive) return;
-    int pick = rng_float(chain->rng) * total < weights[0] ? 0 : brdf->lobe_count - 1;
+    float pick = rng_float(chain->rng) * total;
+    int k = 0;
+    while (k < brdf->lobe_count - 1 && pick >= weights[k]) pick -= weights[k++];
+    const struct lobe *lobe = &brdf->lobes[k];
     float v[2] = {rng_float(chain->rng), rng_float(chain->rng)}, pdf;
     float3 wi;
-    rgb weight = lobe_sample(&brdf->lobes[pick], point->n, point->wo, v, &wi, &pdf);
-    if (is_black(weight) || dot(wi, point->ng) <= 0) return;
-    follow(chain, (struct ray){point->origin, wi}, point->n, averages ? 0 : pdf,
-           scale(mul(throughput, weight), total / (weights[pick] * survive)), depth + 1, before);
+    rgb weight = lobe_sample(lobe, point->n, point->wo, v, &wi, &pdf);
+    struct side side = shade_side(point, lobe_transmits(lobe));
+    if (is_black(weight) || dot(wi, side.ng) <= 0) return;
+    chain->clear = lobe_transmits(lobe) && (depth == 0 || chain->clear);
+    follow(chain, (struct ray){side.origin, wi}, side.n, averages && direct_resolves(lobe) ? 0 : pdf,
+           scale(mul(throughput, weight), total / (weights[k] * survive)), depth + 1, before);
 }
 
 /* `pdf` 0: lamps count 0; INFINITY: in full. n: the normal where the ray starts. before: the length of the chain so
- * far; at depth 1 the place of what is mirrored is settled. */
+ * far; at depth 1, or once it is no longer clear, the place of what is seen is settled. */
 static void follow(struct chain *chain, struct ray ray, float3 n, float pdf, rgb throughput, int depth, float before)
 {
     const struct model *model = chain->model;
-    struct hit hit;
+    const float3 start = ray.origin;
+    const bool own = depth == 0, clear = chain->clear && depth > 0;
+    float travelled = 0, came = before;
+    rgb nearer = {0};
     if (depth >= MAX_DEPTH) return;
-    bool found = trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit), own = depth == 0;
-    float length_ = found ? hit.t : INFINITY;
-    if (depth <= 1) before = depth == 0 ? length_ : image_distance(chain, before, length_);
-    rgb lamps = {0};
-    float lamp_distance = INFINITY;
-    if (pdf > 0) lamps = lights_radiance_lamps(model->lights, ray.origin, n, ray.dir, length_, pdf, &lamp_distance);
-    if (own && pdf == INFINITY && !is_black(lamps)) { /* these lamps aren't where the ray ends */
-        add_light(chain, lamps, false, lamp_distance);
-        lamps = vec3(0, 0, 0);
-    }
-    if (!found) {
-        if (own) chain->out->distance = INFINITY;
+    for (;;) { /* straight through panes */
+        struct hit hit;
+        bool found = trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit);
+        float length_ = found ? hit.t += travelled : INFINITY;
+        if (own) before = length_;
+        else if (clear) before = came + length_;
+        else if (depth == 1) before = image_distance(chain, came, length_);
+        rgb lamps = {0};
+        float lamp_distance = INFINITY;
         if (pdf > 0) {
-            float strong_pdf;
-            rgb strong = lights_strong(model->lights, ray.origin, n, ray.dir, &strong_pdf);
-            lamps = mad(lamps, strong, mis_weight(pdf, strong_pdf));
+            rgb met = lights_radiance_lamps(model->lights, start, n, ray.dir, length_, pdf, &lamp_distance);
+            lamps = sub(met, nearer);
+            nearer = met;
         }
-        add_lamps(chain, mul(throughput, lamps), own, before);
-        add_light(chain, mul(throughput, lights_rest(model->lights, ray.dir)), own, before);
+        if (own && pdf == INFINITY && !is_black(lamps)) { /* these lamps aren't where the ray ends */
+            add_light(chain, mul(throughput, lamps), false, lamp_distance);
+            lamps = vec3(0, 0, 0);
+        }
+        if (!found) {
+            if (own) chain->out->distance = INFINITY;
+            if (pdf > 0) {
+                float strong_pdf;
+                rgb strong = lights_strong(model->lights, start, n, ray.dir, &strong_pdf);
+                lamps = mad(lamps, strong, mis_weight(pdf, strong_pdf));
+            }
+            add_lamps(chain, mul(throughput, lamps), depth, before);
+            add_light(chain, mul(throughput, lights_rest(model->lights, ray.dir)), own, before);
+            return;
+        }
+        struct point point;
+        shade_point(model, ray, &hit, &point);
+        if (pdf > 0 && !is_black(point.emission))
+            lamps = mad(lamps, point.emission,
+                        mis_weight(pdf, lights_pdf_hit(model->lights, start, n, ray.dir, &hit, point.ng)));
+        add_lamps(chain, mul(throughput, lamps), depth, before);
+        if (pane_pass(&point, chain->rng, &throughput)) {
+            ray.origin = shade_origin(&point, ray.dir);
+            travelled = hit.t;
+            continue;
+        }
+        if (own) {
+            float steepest;
+            chain->power = point.brdf.lobe_count ? 2 * shade_curvature(model, &point, &steepest) : 0;
+            chain->out->distance = hit.t;
+            chain->out->normal = point.ng;
+        }
+        lit(chain, &point, throughput, depth, own, before);
+        bounced(chain, &point, false, hit.t, throughput, depth, own, before);
+        bounced(chain, &point, true, hit.t, throughput, depth, own, before);
         return;
     }
-    struct point point;
-    shade_point(model, ray, &hit, &point);
-    if (own) {
-        float steepest;
-        chain->power = point.brdf.lobe_count ? 2 * shade_curvature(model, &point, &steepest) : 0;
-        chain->out->distance = hit.t;
-        chain->out->normal = point.ng;
-    }
-    if (pdf > 0 && !is_black(point.emission))
-        lamps = mad(lamps, point.emission,
-                    mis_weight(pdf, lights_pdf_hit(model->lights, ray.origin, n, ray.dir, &hit, point.ng)));
-    add_lamps(chain, mul(throughput, lamps), own, before);
-    lit(chain, &point, throughput, depth, own, before);
-    bounced(chain, &point, hit.t, throughput, depth, own, before);
 }
 
 struct gathered gather(const struct model *model, const struct diffuse_cache *cache, struct ray ray, struct rng *rng,
                        struct gather_terms *terms)
 {
     struct gathered out = {.mirrored_distance = INFINITY};
-    struct chain chain = {model, cache, rng, terms, &out, NULL, 0, 0};
+    struct chain chain = {model, cache, rng, terms, &out, NULL, 0, 0, false};
     follow(&chain, ray, ray.dir, 0, vec3(1, 1, 1), 0, 0);
     return out;
 }
@@ -270,7 +309,7 @@ struct gathered gather_all(const struct model *model, const struct diffuse_cache
                            struct rng *rng)
 {
     struct gathered out = {.mirrored_distance = INFINITY};
-    struct chain chain = {model, cache, rng, NULL, &out, NULL, 0, 0};
+    struct chain chain = {model, cache, rng, NULL, &out, NULL, 0, 0, false};
     follow(&chain, ray, ray.dir, INFINITY, vec3(1, 1, 1), 0, 0);
     return out;
 }
@@ -279,7 +318,7 @@ struct gathered gather_specular(const struct model *model, const struct diffuse_
                                 float pdf, struct rng *rng, rgb *lamps)
 {
     struct gathered out = {.mirrored_distance = INFINITY};
-    struct chain chain = {model, cache, rng, NULL, &out, lamps, 0, 0};
+    struct chain chain = {model, cache, rng, NULL, &out, lamps, 0, 0, false};
     *lamps = vec3(0, 0, 0);
     follow(&chain, ray, n, pdf, vec3(1, 1, 1), 0, 0);
     return out;

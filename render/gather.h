@@ -21,7 +21,15 @@ struct gathered {
     float mirrored_distance; /* to the hit and on to what it mirrors */
     float3 normal;           /* geometric, at the hit, on the ray's side */
     rgb surface, mirrored;   /* W/m2/sr */
+    rgb caustic; /* part of mirrored: lamps' light that the hit reflects. Photons hold it for diffuse receivers */
 };
+
+/* All of it that a diffuse surface receives by the ray: not what photons bring it, where there are any. */
+static inline rgb gathered_diffuse(const struct gathered *light, const struct diffuse_cache *cache)
+{
+    rgb all = add(light->surface, light->mirrored);
+    return cache->caustics.active ? sub(all, light->caustic) : all;
+}
 
 /* Follows a ray from a surface point. `terms` NULL: the cache is complete. */
 struct gathered gather(const struct model *model, const struct diffuse_cache *cache, struct ray ray, struct rng *rng,

@@ -90,6 +90,15 @@ static bool read_pixels(const char *path, struct image *image, char *error)
     return true;
 }
 
+bool image_has_bytes(const char *path)
+try {
+    std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path);
+    OIIO::geterror(); // image_read will say it
+    return input && input->spec().format.size() == 1;
+} catch (const std::exception &) {
+    return false;
+}
+
 static void decode(struct image *image)
 {
     size_t pixel_count = size_t(image->width) * size_t(image->height), stride = size_t(image->channel_count);

@@ -25,6 +25,9 @@ struct image {
     float *pixels;                   /* height * width * channel_count */
 };
 
+/* Whether the file has at most 8 bits a channel; false, too, where it can't be read. */
+bool image_has_bytes(const char *path);
+
 /* What to write into the header: name and text. */
 struct image_attribute {
     const char *name, *value;

@@ -31,7 +31,9 @@ bool lamp_make(const struct scene_light *light, struct lamp *lamp)
                           .shape = light->shape,
                           .radiance = vec_from(light->power),
                           .centre = transform_column(light->transform, 3),
-                          .radius = light->radius};
+                          .radius = light->radius,
+                          .seen = light->seen,
+                          .shadowless = light->shadowless};
     if (!(max3(lamp->radiance) > 0)) return false;
     lamp->axis = scale(normalize(transform_column(light->transform, 2)), light->type == LIGHT_SUN ? 1 : -1);
     if (light->type == LIGHT_AREA) return make_area(light, lamp);

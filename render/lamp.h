@@ -25,6 +25,8 @@ struct lamp {
     float tan_spread;  /* AREA: tangent of half the spread; INFINITY: all directions */
     float spread_norm; /* AREA: keeps the power under a spread */
     float cone;        /* SUN: 1 - cos of half the angle; 0: a single direction */
+    bool seen;         /* by camera rays */
+    bool shadowless;   /* nothing casts a shadow in its light */
 };
 
 /* One connection: wi unit, distance (INFINITY for a sun), pdf per solid angle; 0 marks a point or a single direction,

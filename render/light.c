@@ -23,13 +23,13 @@ struct lights {
     struct environment environment;
 };
 
-static bool build_emitters(struct lights *lights, float radius)
+static bool build_emitters(struct lights *lights, const struct textures *textures, float radius)
 {
-    for (int i = 0; i < lights->scene->object_count; i++) {
+    const struct scene *scene = lights->scene;
+    for (int i = 0; i < scene->object_count; i++) {
         struct emitter *emitter = &lights->emitters[lights->emitter_count];
         lights->emitter_of[i] = -1;
-        if (!emitter_build(lights->scene, &lights->scene->objects[i], &lights->objects[i], radius, emitter))
-            return false;
+        if (!emitter_build(scene, textures, &scene->objects[i], &lights->objects[i], radius, emitter)) return false;
         if (emitter->strength > 0) lights->emitter_of[i] = lights->emitter_count++;
         else emitter_free(emitter);
     }
@@ -47,7 +47,8 @@ static bool build_chances(struct lights *lights, float radius)
         c[i] = (float)sum;
         if (emitter < 0) sum += lamp_power(&lights->lamps[i], radius);
         else if (emitter < lights->emitter_count)
-            sum += PI * lights->emitters[emitter].strength * (lights->emitters[emitter].both_sides ? 2 : 1);
+            sum += PI * lights->emitters[emitter].strength *
+                   (lights->emitters[emitter].front + lights->emitters[emitter].back);
         else sum += lights->environment.strong_flux * PI * radius * radius;
     }
     for (int i = 0; i < lights->count; i++) c[i] /= (float)sum;
@@ -64,7 +65,7 @@ static bool build(struct lights *lights, const struct textures *textures, float 
     if (!lights->lamps || !lights->emitters || !lights->emitter_of) return false;
     for (int i = 0; i < scene->light_count; i++)
         lights->lamp_count += lamp_make(&scene->lights[i], &lights->lamps[lights->lamp_count]);
-    if (!build_emitters(lights, radius)) return false;
+    if (!build_emitters(lights, textures, radius)) return false;
     if (!environment_build(&scene->world, textures, &lights->environment)) return false;
     lights->count = lights->lamp_count + lights->emitter_count + (lights->environment.strong_flux > 0);
     return lights->count <= WEIGHED || build_chances(lights, radius);
@@ -206,7 +207,11 @@ bool lights_sample(const struct lights *lights, float3 p, float3 n, const float 
         if (!(s.pdf > 0) || is_black(s.radiance)) return false;
     }
     float pdf = s.pdf * chance_of;
-    *sample = (struct light_sample){s.wi, s.distance, scale(s.radiance, 1 / (s.pdf > 0 ? pdf : chance_of)), pdf};
+    *sample = (struct light_sample){.wi = s.wi,
+                                    .distance = s.distance,
+                                    .weight = scale(s.radiance, 1 / (s.pdf > 0 ? pdf : chance_of)),
+                                    .pdf = pdf,
+                                    .reach = emitter < 0 && lights->lamps[light].shadowless ? 0 : s.distance};
     return true;
 }
 
@@ -214,14 +219,9 @@ float lights_pdf_hit(const struct lights *lights, float3 p, float3 n, float3 dir
 {
     int emitter = lights->emitter_of[hit->object];
     if (emitter < 0) return 0;
-    const struct scene_object *object = &lights->scene->objects[hit->object];
-    uint32_t slot = lights->objects[hit->object].triangles->slots[hit->triangle];
-    int material = slot < object->slot_count ? object->materials[slot] : SCENE_NONE;
-    if (material == SCENE_NONE) return 0;
-    float light = luminance(vec_from(lights->scene->materials[material].emission)), c = fabsf(dot(dir, ng));
-    if (light == 0 || c == 0) return 0;
-    return chance(lights, lights->lamp_count + emitter, p, n) *
-           emitter_pdf_area(&lights->emitters[emitter], p, hit->triangle, light) * hit->t * hit->t / c;
+    float area = emitter_pdf_area(&lights->emitters[emitter], p, hit->triangle), c = fabsf(dot(dir, ng));
+    if (area == 0 || c == 0) return 0;
+    return chance(lights, lights->lamp_count + emitter, p, n) * area * hit->t * hit->t / c;
 }
 
 rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float3 dir, float tmax, float pdf,
@@ -230,13 +230,24 @@ rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float
     rgb sum = {0}, radiance;
     float pdf_lamp, largest = 0;
     for (int i = 0; i < lights->lamp_count; i++) {
-        float t = tmax;
+        float t = lights->lamps[i].shadowless ? INFINITY : tmax;
         if (!lamp_meet(&lights->lamps[i], p, n, dir, &t, &radiance, &pdf_lamp)) continue;
         sum = mad(sum, radiance, pdf == INFINITY ? 1 : mis_weight(pdf, pdf_lamp * chance(lights, i, p, n)));
         if (distance && luminance(radiance) > largest) {
             largest = luminance(radiance);
             *distance = t;
         }
+    }
+    return sum;
+}
+
+rgb lights_seen(const struct lights *lights, float3 eye, float3 dir, float tmax)
+{
+    rgb sum = {0}, radiance;
+    for (int i = 0; i < lights->lamp_count; i++) {
+        float t = tmax, pdf;
+        if (lights->lamps[i].seen && lamp_meet(&lights->lamps[i], eye, dir, dir, &t, &radiance, &pdf))
+            sum = add(sum, radiance);
     }
     return sum;
 }

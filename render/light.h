@@ -19,6 +19,7 @@ struct light_sample {
     float distance; /* INFINITY for sun and environment */
     rgb weight;     /* radiance / pdf, the choice of the light included: what f cos V is multiplied by */
     float pdf;      /* per solid angle, the choice of the light included; 0: a point that no ray can hit (no MIS) */
+    float reach;    /* how far its shadow ray goes: the distance, or 0 where nothing casts a shadow */
 };
 
 struct lights;
@@ -64,10 +65,14 @@ float lights_pdf_hit(const struct lights *lights, float3 p, float3 n, float3 dir
 
 /* Lamps with an extent (area, sphere, disc, sun) are no triangles, but a traced ray meets them all the same, and they
  * hide nothing: the sum of the radiances that a ray, chosen with density pdf, meets before tmax, each weighed by
- * mis_weight against lights_sample (pdf INFINITY: in full). Not for camera rays. *distance, where it isn't NULL: to the
+ * mis_weight against lights_sample (pdf INFINITY: in full). A lamp without shadows is met through everything. Not for
+ * camera rays. *distance, where it isn't NULL: to the
  * brightest of them, unchanged where none is met. */
 rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float3 dir, float tmax, float pdf,
                           float *distance);
+
+/* The radiance of the lamps that a camera ray sees before tmax. */
+rgb lights_seen(const struct lights *lights, float3 eye, float3 dir, float tmax);
 
 /* The environment seen along dir: its strong part with lights_sample's pdf, and the rest. */
 rgb lights_strong(const struct lights *lights, float3 p, float3 n, float3 dir, float *pdf);

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/surface.h"
 #include "render/transform.h"
 
 /* Moves a mesh to world space. Where the transform mirrors, triangles are turned round: their front stays the side that
@@ -82,7 +83,11 @@ static void place_objects(struct model *model, const struct demand *demands)
         const struct scene_object *object = &scene->objects[i];
         bool shared = demands[object->mesh].users > 1;
         model->objects[i] =
-            (struct trace_object){&model->triangles[object->mesh], {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, shared};
+            (struct trace_object){.triangles = &model->triangles[object->mesh],
+                                  .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                                  .instanced = shared,
+                                  .hidden = object->hidden,
+                                  .shadowless = object->shadowless};
         if (shared) memcpy(model->objects[i].transform, object->transform, sizeof object->transform);
     }
     for (int m = 0; m < scene->mesh_count; m++) model->triangle_count += model->triangles[m].triangle_count;
@@ -106,6 +111,8 @@ static bool build(struct model *model, struct demand *demands, char error[static
     model->radius = trace_radius(model->trace);
     model->bvh_s = omp_get_wtime() - start;
     if (!textures_load(scene, &model->textures, error)) return false;
+    for (int i = 0; i < scene->material_count && !model->panes; i++)
+        model->panes = surface_may_pass(&scene->materials[i]);
     model->lights = lights_build(scene, &model->textures, model->objects, model->radius, error);
     return model->lights != NULL;
 }

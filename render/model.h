@@ -16,6 +16,7 @@ struct model {
     struct textures textures;
     struct trace *trace;
     struct lights *lights;
+    bool panes;                 /* some material lets light pass straight on: shadow rays have to look */
     double tessellate_s, bvh_s; /* wall seconds */
     uint64_t triangle_count;    /* instances not multiplied */
     float radius;               /* of a sphere about the bounding box, m */

@@ -236,6 +236,7 @@ void record_make(const struct model *model, const struct diffuse_cache *bounced,
         *first = send(model, bounced, draft, &plan, i, 0, 1, &rng, &dir);
         scratch->all[i] = (struct gather_sample){
             dir, first->distance, first->normal, add(first->surface, first->mirrored), omega, vec3(0, 0, 0)};
+        if (!draft->glossy) scratch->all[i].radiance = gathered_diffuse(first, bounced);
         nearest = minf(nearest, first->distance);
     }
     plan_rays(draft, minf(ZONE_SHARE * nearest, plan.most), &plan);
@@ -247,6 +248,7 @@ void record_make(const struct model *model, const struct diffuse_cache *bounced,
         int side = scratch->sides[i];
         if (side == 1) {
             sort_sample(&scratch->first[i], all[i].dir, omega, 1, &scratch->occlusions[i], scratch, counts);
+            all[i].radiance = gathered_diffuse(&scratch->first[i], bounced);
             continue;
         }
         float share = 1 / (float)(side * side);
@@ -256,7 +258,7 @@ void record_make(const struct model *model, const struct diffuse_cache *bounced,
             float3 dir;
             struct gathered light = send(model, bounced, draft, &plan, i, k, side, &rng, &dir);
             all[i].distance = minf(all[i].distance, light.distance);
-            sum = add(sum, add(light.surface, light.mirrored));
+            sum = add(sum, gathered_diffuse(&light, bounced));
             direction = add(direction, dir);
             sort_sample(&light, dir, omega, share, &scratch->occlusions[i], scratch, counts);
         }

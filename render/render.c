@@ -15,10 +15,13 @@ static void path_pixel(const struct model *model, int spp, uint64_t seed, int x,
     uint64_t index = (uint64_t)(y * model->scene->camera.width + x);
     for (int i = 0; i < spp; i++) {
         struct rng rng = rng_seed(seed ^ (uint64_t)SEED_PATH << 32, index, (uint64_t)i);
-        float u = rng_float(&rng), v = rng_float(&rng);
+        struct picture_sequence spread = sequence_picture(seed, x, y, i, spp);
+        float2 place = sequence_next(&spread);
+        float2 lens = {0, 0};
+        if (camera_has_lens(&model->scene->camera)) lens = sequence_next(&spread);
         struct point point;
-        if (!primary(model, (float)x + u, (float)y + v, pixel, &point)) continue;
-        struct radiance radiance = path_radiance(model, &point, &rng);
+        if (!primary(model, (float)x + place.x, (float)y + place.y, lens, &rng, pixel, &point)) continue;
+        struct radiance radiance = path_radiance(model, &point, &spread, &rng);
         pixel->direct = add(pixel->direct, radiance.direct);
         pixel->indirect = add(pixel->indirect, radiance.indirect);
     }

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/shade.h"
 
+#include "render/bumps.h"
+#include "render/pane.h"
+#include "render/surface.h"
 #include "render/transform.h"
 
 /* A normal whose mirror direction of wo stands at least this far above ng's horizon (or nearly as far as wo itself).
@@ -16,47 +19,55 @@ static float3 pull_normal(float3 n, float3 ng, float3 wo)
     return normalize(mad(scale(ng, cosf(a)), side, sinf(a)));
 }
 
-static rgb colour_at(const struct textures *textures, const struct scene_colour *colour, float2 uv)
+/* SCENE_NONE: the default one. */
+static int material_at(const struct model *model, const struct hit *hit)
 {
-    return colour->texture == SCENE_NONE ? vec_from(colour->value) : texture_lookup(textures, colour->texture, uv);
+    const struct scene_object *object = &model->scene->objects[hit->object];
+    uint32_t slot = model->objects[hit->object].triangles->slots[hit->triangle];
+    return slot < object->slot_count ? object->materials[slot] : SCENE_NONE;
 }
 
-static float scalar_at(const struct textures *textures, const struct scene_scalar *scalar, float2 uv)
+bool shade_may_pass(const struct model *model, const struct hit *hit)
 {
-    if (scalar->texture == SCENE_NONE) return scalar->value;
-    rgb c = texture_lookup(textures, scalar->texture, uv);
-    return (c.x + c.y + c.z) / 3;
+    int material = material_at(model, hit);
+    return material != SCENE_NONE && surface_may_pass(&model->scene->materials[material]);
 }
 
-static void shade_material(const struct model *model, const struct scene_material *material, float2 uv,
+/* The axes of uv on the triangle that was hit. */
+static struct uv_axes axes_at(const struct model *model, const struct hit *hit)
+{
+    const struct trace_object *object = &model->objects[hit->object];
+    const struct triangles *t = object->triangles;
+    const uint32_t *index = t->indices + 3 * (size_t)hit->triangle;
+    float3 corners[3];
+    float2 uvs[3];
+    if (!t->uvs) return (struct uv_axes){0};
+    for (int i = 0; i < 3; i++) {
+        corners[i] = vec_from(t->positions + 3 * (size_t)index[i]);
+        if (object->instanced) corners[i] = transform_point(object->transform, corners[i]);
+        uvs[i] = (float2){t->uvs[2 * (size_t)index[i]], t->uvs[2 * (size_t)index[i] + 1]};
+    }
+    return uv_axes(corners, uvs);
+}
+
+static void shade_material(const struct model *model, const struct scene_material *material, const struct hit *hit,
                            struct point *point)
 {
     const struct textures *textures = &model->textures;
-    if (point->front || !material->emission_front_only) point->emission = vec_from(material->emission);
-    rgb colour = colour_at(textures, &material->colour, uv);
-    if (material->type == MATERIAL_DIFFUSE) {
-        point->brdf = (struct brdf){.kd = colour};
-        return;
+    bool bent = material->normal.type != NORMAL_OF_MESH;
+    struct texture_place place = {
+        .uv = surface_uv(model->objects[hit->object].triangles, hit->triangle, hit->u, hit->v),
+        .cosine = fabsf(dot(point->n, point->wo)),
+        .front = point->front};
+    struct uv_axes axes = {0};
+    if (bent || surface_has_tangent(material)) axes = axes_at(model, hit);
+    point->emission = surface_emission(textures, material, &place);
+    if (bent) {
+        float step = material->normal.filter * camera_pixel_width(&model->scene->camera, point->p);
+        point->n = bumps_normal(textures, &material->normal, &place, &axes, point->n, step);
     }
-    point->n = pull_normal(point->n, point->ng, point->wo);
-    if (material->type == MATERIAL_PHONG) {
-        point->brdf = brdf_phong(colour, colour_at(textures, &material->ks, uv),
-                                 maxf(scalar_at(textures, &material->exponent, uv), 0));
-        return;
-    }
-    struct principled principled = {.base_colour = colour,
-                                    .specular_tint = vec_from(material->specular_tint),
-                                    .metallic = scalar_at(textures, &material->metallic, uv),
-                                    .roughness = scalar_at(textures, &material->roughness, uv),
-                                    .ior = material->ior,
-                                    .specular_level = material->specular_level};
-    point->brdf = brdf_principled(&principled, dot(point->n, point->wo));
-}
-
-static inline float3 interpolate(const float *a, const float *b, const float *c, float u, float v)
-{
-    float w = 1 - u - v;
-    return vec3(w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1], w * a[2] + u * b[2] + v * c[2]);
+    if (surface_is_glossy(material)) point->n = pull_normal(point->n, point->ng, point->wo);
+    surface_brdf(textures, material, &place, point->n, point->wo, axes.du, &point->brdf);
 }
 
 void shade_point(const struct model *model, struct ray ray, const struct hit *hit, struct point *point)
@@ -64,41 +75,31 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
     const struct trace_object *object = &model->objects[hit->object];
     const struct triangles *t = object->triangles;
     const uint32_t *index = t->indices + 3 * (size_t)hit->triangle;
-    const float *corners[3];
-    for (int i = 0; i < 3; i++) corners[i] = t->positions + 3 * (size_t)index[i];
-    float3 p = interpolate(corners[0], corners[1], corners[2], hit->u, hit->v);
-    float3 ng = cross(sub(vec_from(corners[1]), vec_from(corners[0])), sub(vec_from(corners[2]), vec_from(corners[0])));
-    float3 n = interpolate(t->normals + 3 * (size_t)index[0], t->normals + 3 * (size_t)index[1],
-                           t->normals + 3 * (size_t)index[2], hit->u, hit->v);
+    float3 corners[3];
+    for (int i = 0; i < 3; i++) corners[i] = vec_from(t->positions + 3 * (size_t)index[i]);
+    float3 p = mad(mad(scale(corners[0], 1 - hit->u - hit->v), corners[1], hit->u), corners[2], hit->v);
+    float3 ng = cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]));
     if (object->instanced) {
         p = transform_point(object->transform, p);
         ng = transform_normal(object->transform, ng);
-        n = transform_normal(object->transform, n);
     }
     ng = normalize(ng);
-    n = dot(n, n) > 0 ? normalize(n) : ng;
-    *point = (struct point){
-        .p = p, .wo = scale(ray.dir, -1), .object = hit->object, .triangle = hit->triangle, .material = SCENE_NONE};
+    float3 n = surface_normal(object, hit->triangle, hit->u, hit->v);
+    if (!(dot(n, n) > 0)) n = ng;
+    /* One by one: the room for lobes is large, and need not be zero. */
+    point->p = p;
+    point->wo = scale(ray.dir, -1);
+    point->emission = vec3(0, 0, 0);
+    point->object = hit->object;
+    point->triangle = hit->triangle;
     point->front = dot(ng, point->wo) >= 0;
     point->ng = point->front ? ng : scale(ng, -1);
     point->n = point->front ? n : scale(n, -1);
     point->origin = trace_offset(p, point->ng, model->radius);
-
-    const struct scene_object *source = &model->scene->objects[hit->object];
-    uint32_t slot = t->slots[hit->triangle];
-    if (slot < source->slot_count) point->material = source->materials[slot];
-    if (point->material == SCENE_NONE) {
-        point->brdf = (struct brdf){.kd = {0.8f, 0.8f, 0.8f}};
-        return;
-    }
-    float2 uv = {0, 0};
-    if (t->uvs) {
-        const float *a = t->uvs + 2 * (size_t)index[0], *b = t->uvs + 2 * (size_t)index[1];
-        const float *c = t->uvs + 2 * (size_t)index[2];
-        float w = 1 - hit->u - hit->v;
-        uv = (float2){w * a[0] + hit->u * b[0] + hit->v * c[0], w * a[1] + hit->u * b[1] + hit->v * c[1]};
-    }
-    shade_material(model, &model->scene->materials[point->material], uv, point);
+    point->beyond = trace_offset(p, scale(point->ng, -1), model->radius);
+    point->material = material_at(model, hit);
+    if (point->material == SCENE_NONE) point->brdf = (struct brdf){.kd = {0.8f, 0.8f, 0.8f}};
+    else shade_material(model, &model->scene->materials[point->material], hit, point);
 }
 
 float shade_curvature(const struct model *model, const struct point *point, float *steepest)
@@ -126,15 +127,24 @@ float shade_curvature(const struct model *model, const struct point *point, floa
     return (point->front ? sum : -sum) / along;
 }
 
-rgb shade_direct(const struct model *model, const struct point *point, const float u[static 3], bool mis)
+static rgb direct_from(const struct model *model, const struct point *point, bool beyond, const float u[static 3],
+                       bool mis)
 {
     const rgb black = {0};
+    struct side side = shade_side(point, beyond);
     struct light_sample sample;
-    if (!lights_sample(model->lights, point->origin, point->n, u, &sample)) return black;
-    float cos_i = dot(point->n, sample.wi), pdf;
-    if (cos_i <= 0 || dot(point->ng, sample.wi) <= 0) return black;
+    if (!lights_sample(model->lights, side.origin, side.n, u, &sample)) return black;
+    float cos_i = dot(side.n, sample.wi), pdf;
+    if (cos_i <= 0 || dot(side.ng, sample.wi) <= 0) return black;
     rgb f = brdf_eval_pdf(&point->brdf, point->n, point->wo, sample.wi, &pdf);
-    if (is_black(f) || trace_occluded(model->trace, point->origin, sample.wi, sample.distance)) return black;
+    if (is_black(f)) return black;
+    rgb lit = pane_transmittance(model, side.origin, sample.wi, sample.reach);
     float weight = mis && sample.pdf > 0 ? mis_weight(sample.pdf, pdf) : 1;
-    return mul(f, scale(sample.weight, cos_i * weight));
+    return mul(mul(f, lit), scale(sample.weight, cos_i * weight));
+}
+
+rgb shade_direct(const struct model *model, const struct point *point, const float u[static 3], bool mis)
+{
+    rgb light = direct_from(model, point, false, u, mis);
+    return brdf_spreads(&point->brdf) ? add(light, direct_from(model, point, true, u, mis)) : light;
 }

@@ -89,17 +89,13 @@ bool surfaces_point(const struct surfaces *surfaces, uint32_t i, struct point *p
 bool surfaces_open(const struct surfaces *surfaces, const struct point *point, uint64_t seed, uint32_t i)
 {
     const struct model *model = surfaces->model;
-    const float *m = model->scene->camera.transform;
-    const float3 eye = {m[3], m[7], m[11]};
     struct rng rng = rng_seed(seed, SEED_WALK, i);
     for (int walk = 0; walk < WALKS; walk++) {
         struct point at = *point;
         for (int step = 0; step < STEPS; step++) {
-            float3 to_eye = sub(eye, at.origin);
-            float distance = length(to_eye);
-            if (dot(to_eye, at.ng) > 0 &&
-                !trace_occluded(model->trace, at.origin, scale(to_eye, 1 / distance), distance))
-                return true;
+            float distance;
+            float3 way = camera_way(&model->scene->camera, at.origin, &distance);
+            if (dot(way, at.ng) > 0 && !trace_occluded(model->trace, at.origin, way, distance)) return true;
             float u[2] = {rng_float(&rng), rng_float(&rng)};
             struct ray ray = {at.origin, cosine_direction(at.ng, u)};
             struct hit hit;

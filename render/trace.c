@@ -10,6 +10,9 @@
 /* Threads whose counters stand on cache lines of their own. */
 enum { COUNTERS = 1024 };
 
+/* Bits of Embree's masks: the rays that meet an object. */
+enum { RAY_CAMERA = 1, RAY_SHADOW = 2, RAY_OTHER = 4, RAY_ANY = 7 };
+
 struct counter {
     _Alignas(64) uint64_t rays;
 };
@@ -38,6 +41,7 @@ static RTCGeometry triangle_geometry(RTCDevice device, const struct triangles *t
     if (vertices) memcpy(vertices, t->positions, bytes * t->vertex_count);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, t->indices, 0,
                                3 * sizeof(uint32_t), t->triangle_count);
+    rtcSetGeometryMask(geometry, RAY_ANY);
     rtcCommitGeometry(geometry);
     return geometry;
 }
@@ -91,6 +95,9 @@ struct trace *trace_build(const struct trace_object *objects, uint32_t count, ch
     for (uint32_t i = 0; i < count; i++) {
         RTCGeometry geometry = objects[i].instanced ? instance_geometry(trace, &objects[i])
                                                     : triangle_geometry(trace->device, objects[i].triangles);
+        rtcSetGeometryMask(geometry, (unsigned)(RAY_ANY & ~(objects[i].hidden ? RAY_CAMERA : 0) &
+                                                ~(objects[i].shadowless ? RAY_SHADOW : 0)));
+        rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(trace->scene, geometry, i);
         rtcReleaseGeometry(geometry);
     }
@@ -122,7 +129,7 @@ static inline void count_ray(const struct trace *trace)
     trace->counters[omp_get_thread_num() & (COUNTERS - 1)].rays++;
 }
 
-static struct RTCRay make_ray(float3 origin, float3 dir, float tfar)
+static struct RTCRay make_ray(float3 origin, float3 dir, float tfar, unsigned mask)
 {
     return (struct RTCRay){.org_x = origin.x,
                            .org_y = origin.y,
@@ -131,14 +138,15 @@ static struct RTCRay make_ray(float3 origin, float3 dir, float tfar)
                            .dir_y = dir.y,
                            .dir_z = dir.z,
                            .tfar = tfar,
-                           .mask = ~0u};
+                           .mask = mask};
 }
 
-bool trace_closest(const struct trace *trace, float3 origin, float3 dir, float tfar, struct hit *hit)
+static inline bool closest(const struct trace *trace, unsigned mask, float3 origin, float3 dir, float tfar,
+                           struct hit *hit)
 {
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    struct RTCRayHit r = {.ray = make_ray(origin, dir, tfar),
+    struct RTCRayHit r = {.ray = make_ray(origin, dir, tfar, mask),
                           .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
     count_ray(trace);
     rtcIntersect1(trace->scene, &context, &r);
@@ -148,11 +156,26 @@ bool trace_closest(const struct trace *trace, float3 origin, float3 dir, float t
     return true;
 }
 
+bool trace_closest(const struct trace *trace, float3 origin, float3 dir, float tfar, struct hit *hit)
+{
+    return closest(trace, RAY_OTHER, origin, dir, tfar, hit);
+}
+
+bool trace_camera(const struct trace *trace, float3 origin, float3 dir, float tfar, struct hit *hit)
+{
+    return closest(trace, RAY_CAMERA, origin, dir, tfar, hit);
+}
+
+bool trace_caster(const struct trace *trace, float3 origin, float3 dir, float tfar, struct hit *hit)
+{
+    return closest(trace, RAY_SHADOW, origin, dir, tfar, hit);
+}
+
 bool trace_occluded(const struct trace *trace, float3 origin, float3 dir, float tfar)
 {
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    struct RTCRay ray = make_ray(origin, dir, tfar);
+    struct RTCRay ray = make_ray(origin, dir, tfar, RAY_SHADOW);
     count_ray(trace);
     rtcOccluded1(trace->scene, &context, &ray);
     return ray.tfar < 0;
@@ -181,7 +204,7 @@ void trace_shadows(const struct trace *trace, const struct shadow_ray *rays, int
             packet.dir_z[i] = r[k].dir.z;
             packet.tnear[i] = packet.time[i] = 0;
             packet.tfar[i] = r[k].tfar;
-            packet.mask[i] = ~0u;
+            packet.mask[i] = RAY_SHADOW;
             packet.flags[i] = 0;
         }
         rtcOccluded16(valid, trace->scene, &context, &packet);

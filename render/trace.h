@@ -17,6 +17,8 @@ struct trace_object {
     const struct triangles *triangles; /* borrowed: must outlive the trace */
     float transform[12];               /* object to world; identity where the triangles stand in world space */
     bool instanced;
+    bool hidden;     /* camera rays pass it */
+    bool shadowless; /* shadow rays pass it */
 };
 
 struct hit {
@@ -35,7 +37,11 @@ void trace_free(struct trace *trace);
 /* The nearest hit with t in (0, tfar); false where there is none. Rays leave surfaces through trace_offset. */
 bool trace_closest(const struct trace *trace, float3 origin, float3 dir, float tfar, struct hit *hit);
 
-/* Whether anything lies in (0, tfar). */
+/* The same for a ray from the camera, and for one that looks for what casts a shadow. */
+bool trace_camera(const struct trace *trace, float3 origin, float3 dir, float tfar, struct hit *hit);
+bool trace_caster(const struct trace *trace, float3 origin, float3 dir, float tfar, struct hit *hit);
+
+/* Whether anything that casts a shadow lies in (0, tfar). */
 bool trace_occluded(const struct trace *trace, float3 origin, float3 dir, float tfar);
 
 /* A ray that asks for no more than whether anything lies in (0, tfar). */

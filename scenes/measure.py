@@ -7,7 +7,6 @@ import os
 from typing import NamedTuple
 
 import numpy
-from PIL import ImageFilter
 
 import pictures
 import run
@@ -58,8 +57,7 @@ class Shown(NamedTuple):
 def cv_without_highlights(picture, halves, emission):
     """CV(RMSE) as of render/compare.h, without emitters and without what is over four times as bright as the mean."""
     mean = sum(halves) / 2
-    lit = pictures.Image.fromarray(numpy.uint8(255 * (emission.max(axis=2) > 0)))
-    keep = numpy.asarray(lit.filter(ImageFilter.MaxFilter(9))) == 0  # 4 pixels around
+    keep = pictures.beside_emitters(emission)
     luminance = mean @ (.2126, .7152, .0722)
     keep &= luminance <= 4 * luminance[keep].mean()
     square = numpy.mean(((picture - halves[0]) * (picture - halves[1]))[keep])
@@ -97,8 +95,7 @@ class Measurements:
     def save(self, name, display):
         """Writes display values (height, width, 3) as a PNG; returns its name relative to the page."""
         file = f"pictures/{name}.png"
-        pixels = numpy.uint8(numpy.round(255 * numpy.clip(display, 0, 1)))
-        pictures.Image.fromarray(pixels).save(os.path.join(self.out, file))
+        pictures.write_png(os.path.join(self.out, file), display)
         return file
 
     def scene(self, name):
@@ -107,12 +104,12 @@ class Measurements:
             self._done[name] = run.export(name, folder)
         return folder
 
-    def halves(self, name, exponent=0):
-        """The stored reference halves; with --shrink the mean over so many pixels of them."""
-        paths = run.reference(name, "path", f"n{exponent}" if exponent not in (0, 100) else "")
+    def halves(self, name, exponent=0, kind="path"):
+        """The stored reference halves by "path" or "cycles"; with --shrink the mean over so many pixels of them."""
+        paths = run.reference(name, kind, f"n{exponent}" if exponent not in (0, 100) else "")
         if self.shrink == 1:
             return paths
-        small = [os.path.join(self.work, f"{name}_{exponent}_{half}.exr") for half in "ab"]
+        small = [os.path.join(self.work, f"{name}_{exponent}_{kind}_{half}.exr") for half in "ab"]
         for path, to in zip(paths, small):
             pictures.write_half(to, {layer: pictures.shrink(pictures.read(path, layer), self.shrink)
                                      for layer in ("Combined", "Emission")})

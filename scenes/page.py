@@ -26,6 +26,11 @@ tbody tr { border-bottom: 1px solid #e4e4e4; }
 .gallery tr { border: 0; }
 .gallery caption { font-weight: 400; font-size: .85rem; }
 .gallery img { display: block; }
+.slider { --at: 50%; max-width: 60rem; }
+.slider div { position: relative; }
+.slider img { display: block; width: 100%; image-rendering: pixelated; }
+.slider .left { position: absolute; top: 0; left: 0; clip-path: inset(0 calc(100% - var(--at)) 0 0); }
+.slider input { width: 100%; margin: .3rem 0; }
 """
 
 
@@ -71,6 +76,22 @@ def table(columns, rows, caption="", kind=""):
     title = f"<caption>{_text(caption)}</caption>" if caption else ""
     head = f"<thead>{_row(columns, 'th', classes)}</thead>"
     return raw(f'<div class="scroll"><table class="{kind}">{title}{head}<tbody>\n{body}</tbody></table></div>\n')
+
+
+def slider(files, left, right):
+    """Two of several pictures over each other, the seam drawn by hand. files: label to file; left, right: labels."""
+    def choice(side, chosen):
+        options = "".join(f'<option value="{html.escape(file)}"{" selected" * (label == chosen)}>'
+                          f"{_text(label)}</option>" for label, file in files.items())
+        change = f"this.closest('.slider').querySelector('img.{side}').src = this.value"
+        return f'<select aria-label="{side}" onchange="{change}">{options}</select>'
+
+    def shown(side, label):
+        return f'<img class="{side}" src="{html.escape(files[label])}" alt="{side}">'
+    return raw(f'<div class="slider">{choice("left", left)} left, {choice("right", right)} right of the seam'
+               '<input type="range" min="0" max="100" value="50" aria-label="seam" '
+               "oninput=\"this.closest('.slider').style.setProperty('--at', this.value + '%')\">"
+               f"<div>{shown('right', right)}{shown('left', left)}</div></div>\n")
 
 
 def gallery(columns, rows, caption=""):

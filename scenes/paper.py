@@ -4,7 +4,6 @@ and results.csv anew after each of them, so that they show what is there."""
 import argparse
 import csv
 import os
-import time
 from typing import Callable, NamedTuple
 
 import measure
@@ -13,6 +12,7 @@ import page
 import run
 import scene_figures
 from measure import Experiment, Picture
+from progress import Progress
 
 TITLE = "Equivalent area sources: the paper's tables and figures from this code"
 COLUMNS = ("figure", "case", "quantity", "value", "paper")
@@ -65,20 +65,6 @@ def seconds(task):
     return SECONDS[task.records if isinstance(task, Picture) else task.command]
 
 
-class Progress:
-    """Steps done and to come, with the time left by what has been done."""
-    def __init__(self, tasks):
-        self.total, self.expected = len(tasks), sum(map(seconds, tasks))
-        self.start, self.step, self.behind = time.monotonic(), 0, 0
-
-    def begin(self, task):
-        self.step += 1
-        passed, ahead = time.monotonic() - self.start, self.expected - self.behind
-        left = ahead * (passed / self.behind if self.behind else 1)
-        print(f"[{self.step}/{self.total}] {passed:.0f} s, about {left / 60:.0f} min left  {task}", flush=True)
-        self.behind += seconds(task)
-
-
 def introduction(options):
     departures = os.path.relpath(os.path.join(run.ROOT, "eas", "README.md"), options.out)
     shrunk = f" They are 1/{options.shrink} as wide and high as they should be: a quick look." * (options.shrink > 1)
@@ -109,18 +95,19 @@ def write(options, sections, rows):
 def main():
     options = parse_options()
     measured = measure.Measurements(options.out, options.threads, options.shrink)
-    progress = Progress(list(dict.fromkeys(task for figure in options.figures for task in figure.tasks)))
+    tasks = dict.fromkeys(task for figure in options.figures for task in figure.tasks)
+    progress = Progress(len(tasks), sum(map(seconds, tasks)))
     sections, rows = [], []
     for figure in options.figures:
         for task in figure.tasks:
             if task not in measured:
-                progress.begin(task)
+                progress.begin(task, seconds(task))
                 measured[task]
         pieces, results = figure.make(measured, *figure.tasks)
         sections.append((figure, pieces))
         rows += [(figure.name, *row) for row in results]
         write(options, sections, rows)
-    print(f"\n{time.monotonic() - progress.start:.0f} s. Open {os.path.join(options.out, 'index.html')}; "
+    print(f"\n{progress.passed():.0f} s. Open {os.path.join(options.out, 'index.html')}; "
           "results.csv is beside it")
 
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The plots of scenes/paper as SVG files, the same bytes for the same numbers."""
+"""The plots of the pages, the same bytes for the same numbers."""
+import os
+
 import matplotlib
 
 matplotlib.use("svg")
@@ -45,3 +47,30 @@ def grid(path, rows, columns, cell, x_label):
     axes[0][0].legend(fontsize=7)
     drawing.tight_layout()
     _save(path, drawing)
+
+
+def clouds(path, panels, x_label, levels):
+    """Like curves(), with ranges, into a PNG; each panel is (title, [(label, colour, style, line, cloud)],
+    floor). line: (x, y, least x, most x, least y, most y) a point, with the range as bars; cloud: (x, y) of the points
+    that the line leaves out; floor: a height to be drawn, or None; levels: heights marked in the first panel."""
+    drawing, axes = pyplot.subplots(1, len(panels), figsize=(4.6 * len(panels) + 1.6, 4.8), squeeze=False, sharex=True,
+                                    sharey=True)
+    for axis, (title, series, floor) in zip(axes[0], panels):
+        for label, colour, style, line, cloud in series:
+            if line:
+                x, y, left, right, low, high = zip(*line)
+                bars = [[a - b for a, b in zip(x, left)], [b - a for a, b in zip(x, right)]], \
+                       [[a - b for a, b in zip(y, low)], [b - a for a, b in zip(y, high)]]
+                axis.errorbar(x, y, bars[1], bars[0], style, color=colour, label=label, markersize=4, linewidth=1.4,
+                              elinewidth=.7)
+            if cloud:
+                axis.plot(*zip(*cloud), ".", color=colour, markersize=3, alpha=.35)
+        if floor:
+            axis.axhline(floor, color="black", linewidth=.8, linestyle=":", label="reference's noise")
+        axis.set(title=title, xlabel=x_label, xscale="log", yscale="log")
+    for level in levels:
+        axes[0][0].axhline(level, color="black", linewidth=.5, alpha=.5)
+    axes[0][-1].legend(*axes[0][0].get_legend_handles_labels(), fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
+    drawing.savefig(path + ".part", format="png", dpi=110, bbox_inches="tight")
+    pyplot.close(drawing)
+    os.replace(path + ".part", path)

@@ -5,9 +5,10 @@
     build/venv/bin/python scenes/reference.py boule1 --name n40 --set materials/Floor/exponent=40 --path 512
 
 Writes scenes/NAME/reference/{path,cycles}_{a,b}.exr, 16-bit floats: Combined, and Emission (what is seen directly of
-emitters and background), which is our path tracer's in all four, so that all are masked alike. --name gives a variant,
-the scene with other values by --set, a folder of its own in there. Seeds 1 and 2; the demo's pictures use 0.
-command.txt beside the halves keeps the commands.
+emitters and background), which is our path tracer's in all four, so that all are masked alike. Numbers have 8
+significant bits, rounded up or down by chance, each half for itself: files get small, and no mean moves. --name gives a
+variant, the scene with other values by --set, a folder of its own in there. Seeds 1 and 2; the demo's pictures use 0.
+command.txt beside the halves keeps the commands, the noise of a half (CV(RMSE) of all pixels) and what it cost.
 """
 import argparse
 import os
@@ -36,7 +37,7 @@ def parse_options():
     return options
 
 
-def keep_command(options, kind, samples, folder):
+def keep_command(options, kind, samples, folder, noise, seconds):
     """A line a kind in command.txt."""
     path = os.path.join(folder, "command.txt")
     lines = []
@@ -45,10 +46,24 @@ def keep_command(options, kind, samples, folder):
             lines = [line for line in file if f" --{kind} " not in line]
     variant = ["--name", options.name] if options.name else []
     variant += [word for assignment in options.set for word in ("--set", assignment)]
-    lines.append(shlex.join(["build/venv/bin/python", "scenes/reference.py", options.scene, *variant,
-                             f"--{kind}", str(samples)]) + "\n")
+    command = shlex.join(["build/venv/bin/python", "scenes/reference.py", options.scene, *variant,
+                          f"--{kind}", str(samples)])
+    lines.append(f"{command}  # a half: noise {noise:.3g}, {seconds:.0f} CPU s\n")
     with open(path, "w", encoding="utf-8") as file:
         file.writelines(sorted(lines, reverse=True))  # path first: Cycles' halves take its Emission
+
+
+def store(path, combined, emission, seed):
+    """Writes a half."""
+    if numpy.abs(combined).max() > 65000:
+        raise SystemExit(f"{path}: a pixel of {combined.max():g} is too bright for 16 bits")
+    layers = {"Combined": combined, "Emission": emission}
+    pictures.write_half(path, {name: pictures.round_bits(pixels, seed) for name, pixels in layers.items()})
+
+
+def noise_of_a_half(halves):
+    one, other = map(pictures.read, halves)
+    return float(numpy.sqrt(numpy.mean((one - other) ** 2) / 2) / numpy.mean((one + other) / 2))
 
 
 def main():
@@ -63,18 +78,17 @@ def main():
                 continue
             first, _ = run.reference(options.scene, "path", options.name)
             emission = pictures.read(first, "Emission") if kind == "cycles" else None
-            for half, seed in zip(run.reference(options.scene, kind, options.name), (1, 2)):
+            seconds, halves = 0, run.reference(options.scene, kind, options.name)
+            for half, seed in zip(halves, (1, 2)):
                 if kind == "path":
-                    run.burnish(scene, out, "path", samples, options.threads, seed, options.set)
+                    stats = run.burnish(scene, out, "path", samples, options.threads, seed, options.set)
                     emission = pictures.read(out, "Emission") if emission is None else emission
                 else:
-                    run.cycles(options.scene, out, samples, options.threads, seed, assignments=options.set)
-                combined = pictures.read(out)
-                if numpy.abs(combined).max() > 65504:
-                    raise SystemExit(f"{options.scene}: a pixel of {combined.max():g} is too bright for 16 bits")
-                pictures.write_half(half, {"Combined": combined, "Emission": emission})
+                    stats = run.cycles(options.scene, out, samples, options.threads, seed, assignments=options.set)
+                seconds += stats["cpu_s"] / 2
+                store(half, pictures.read(out), emission, seed)
                 print(f"{os.path.relpath(half, run.ROOT)}: {samples} samples a pixel", flush=True)
-            keep_command(options, kind, samples, folder)
+            keep_command(options, kind, samples, folder, noise_of_a_half(halves), seconds)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ static struct stage *lamp_over_floor(float kd, float ks, float exponent, float r
 {
     struct stage *s = new_stage();
     struct scene_material lamp = grey(0, 0, 0, radiance);
-    lamp.emission_front_only = true;
+    lamp.emission_back = false;
     add_quad(s, vec3(0, 0, 0), vec3(4, 0, 0), vec3(0, 4, 0), grey(kd, ks, exponent, 0));
     add_quad(s, vec3(0, 0, 1.5f), vec3(0, .5f, 0), vec3(.5f, 0, 0), lamp);
     return s;
@@ -55,15 +55,17 @@ static float rendered_after(const struct model *model, const struct mean_brdf *t
     assert_true(direct_prepare(model, tables, false, &direct));
     struct rng rng = rng_seed(seed, 0, 0);
     struct sequence lamp = sequence_draw(&rng, 16);
-    bool averages = direct_averages(&direct, point), near = direct_near(model, point);
+    struct point wide = *point;
+    wide.brdf.lobe_count = direct_sort(&wide.brdf);
+    bool averages = direct_averages(&direct, &wide), near = direct_near(model, point);
     rgb sum = {0};
     for (int i = 0; i < 16; i++) {
         float2 on_lamp = sequence_point(lamp, i);
         float u[3] = {((float)i + rng_float(&rng)) / 16, on_lamp.x, on_lamp.y};
-        sum = mad(sum, direct_sample(&direct, point, u, averages, near), 1.0f / 16);
+        sum = mad(sum, direct_sample(&direct, point, u, averages ? wide.brdf.lobe_count : 0, near), 1.0f / 16);
         if (near) sum = mad(sum, direct_met(model, point, u + 1), 1.0f / 16);
     }
-    sum = add(sum, direct_light(&direct, point, averages, &point->origin, 1, 64, memory ? memory : &none, &rng));
+    sum = add(sum, direct_light(&direct, &wide, averages, &point->origin, 1, 64, memory ? memory : &none, &rng));
     direct_free(&direct);
     return sum.x;
 }
@@ -164,7 +166,7 @@ static void unresolved(void **state)
     struct stage *s = lamp_over_floor(0, .5f, 2000, RADIANCE);
     struct model model = build(s);
     struct point point = floor_point(&model, vec3(-.2f, 0, 1.2f), vec3(0, 0, 0));
-    assert_false(direct_resolves(&point.brdf));
+    assert_false(direct_resolves(&point.brdf.lobes[0]));
     float truth = (float)quadrature(&point, INFINITY), sum = 0;
     for (uint64_t seed = 0; seed < 400; seed++) sum += rendered(&model, *state, &point, seed) / 400;
     assert_true(sum > 0 && sum < truth);

@@ -43,7 +43,10 @@ static struct stage *new_floor(void)
     struct stage *s = new_stage();
     add_quad(s, vec3(-2, 0, -2), vec3(2, 0, 0), vec3(0, 4, 0), grey(.6f, 0, 0, 0));
     add_quad(s, vec3(2, 0, -2), vec3(2, 0, 0), vec3(0, 4, 0), grey(.3f, .5f, 20, 0));
-    s->scene.camera = (struct scene_camera){{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-.35f, .35f, -.35f, .35f}, 64, 64};
+    s->scene.camera = (struct scene_camera){.transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                                            .window = {-.35f, .35f, -.35f, .35f},
+                                            .width = 64,
+                                            .height = 64};
     return s;
 }
 

@@ -59,7 +59,7 @@ static void virtual_image(void **state)
     (void)state;
     struct stage *s = new_stage();
     struct scene_material lamp = grey(0, 0, 0, 50);
-    lamp.emission_front_only = true;
+    lamp.emission_back = false;
     add_quad(s, vec3(0, 0, 0), vec3(9, 0, 0), vec3(0, 9, 0), grey(0, .9f, 20000, 0));
     add_quad(s, vec3(0, 0, 2), vec3(0, 9, 0), vec3(9, 0, 0), grey(.7f, 0, 0, 0));
     add_quad(s, vec3(-4, 0, .5f), vec3(.5f, 0, 0), vec3(0, .5f, 0), lamp); /* shines up */
@@ -99,7 +99,7 @@ static void curved_image(void **state)
             normals[i] = normalize(vec3(bends[k] * px, bends[k] * py, 1));
         }
         struct scene_material lamp = grey(0, 0, 0, 50);
-        lamp.emission_front_only = true;
+        lamp.emission_back = false;
         add_mesh(s, points, 4, SIDE * SIDE, grey(0, .9f, 20000, 0));
         s->meshes[0].normals = &normals[0].x;
         add_quad(s, vec3(0, 0, 2), vec3(0, 9, 0), vec3(9, 0, 0), grey(.7f, 0, 0, 0));
@@ -175,7 +175,7 @@ static void close_to_a_lamp(void **state)
     enum { RAYS = 2000 };
     struct stage *s = new_stage();
     struct scene_material lamp = grey(0, 0, 0, 1);
-    lamp.emission_front_only = true;
+    lamp.emission_back = false;
     add_quad(s, vec3(0, 0, 0), vec3(.5f, 0, 0), vec3(0, .5f, 0), grey(.5f, 0, 0, 0));
     add_quad(s, vec3(0, 0, .02f), vec3(0, .5f, 0), vec3(.5f, 0, 0), lamp);
     struct model model = build(s);

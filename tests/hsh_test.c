@@ -324,8 +324,8 @@ static void albedo_of_ggx(void **state)
     (void)state;
     enum { ROWS = 60, COLUMNS = 60, SAMPLES = 2 * ROWS * COLUMNS };
     struct lobe lobes[2] = {
-        {LOBE_DIELECTRIC, {1, 1, 1}, 0, .3f, .3f, UP, 1.5f, {.04f, .06f, .1f}, {0, 0, 0}},
-        {LOBE_METAL, {.9f, .9f, .9f}, 0, .3f, .3f, UP, 0, {.9f, .6f, .3f}, {1, 1, 1}},
+        {LOBE_DIELECTRIC, {1, 1, 1}, .alpha_x = .3f, .alpha_y = .3f, .ior = 1.5f, .f0 = {.04f, .06f, .1f}},
+        {LOBE_METAL, {.9f, .9f, .9f}, .alpha_x = .3f, .alpha_y = .3f, .f0 = {.9f, .6f, .3f}, .f82 = {1, 1, 1}},
     };
     struct hsh *ggx = hsh_build(lobes, 2, HSH_LOSS, ORDER);
     struct gather_sample *sky = calloc(SAMPLES, sizeof *sky);

@@ -89,8 +89,8 @@ static void test_phong_wide(void **state)
 static void test_nothing(void **state)
 {
     struct brdf brdf = brdf_phong(vec3(0, 0, 0), vec3(1, 1, 1), 20);
-    struct principled metal = {{1, 1, 1}, {1, 1, 1}, 1, .4f, 1.5f, .5f};
-    struct brdf ggx = brdf_principled(&metal, .5f);
+    struct glossy metal = {{1, 1, 1}, .4f, .distribution = DISTRIBUTION_MULTI_GGX};
+    struct brdf ggx = brdf_glossy(&metal, .5f);
     const struct lobe *lobes[] = {&brdf.lobes[0], &ggx.lobes[0]};
     for (int i = 0; i < 2; i++) {
         struct mean_lobe above = mean_lobe(*state, lobes[i], N, direction(.3f, PI));

@@ -27,7 +27,7 @@ static void add_box(struct stage *s, float3 centre, float3 half, float degrees, 
 static struct scene_material wall(float r, float g, float b)
 {
     struct scene_material material = grey(0, .3f, 100, 0);
-    material.colour = (struct scene_colour){{r, g, b}, SCENE_NONE};
+    material.closures->colour = (struct scene_colour){{r, g, b}, SCENE_NONE};
     return material;
 }
 
@@ -38,9 +38,11 @@ static int setup(void **state)
     struct stage *s = room->stage = new_stage();
     const float3 x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1};
     struct scene_material lamp = grey(0, 0, 0, 15);
-    lamp.emission_front_only = true;
-    s->scene.camera =
-        (struct scene_camera){{1, 0, 0, 0, 0, 0, -1, -4, 0, 1, 0, 1}, {-.325f, .325f, -.325f, .325f}, 384, 384};
+    lamp.emission_back = false;
+    s->scene.camera = (struct scene_camera){.transform = {1, 0, 0, 0, 0, 0, -1, -4, 0, 1, 0, 1},
+                                            .window = {-.325f, .325f, -.325f, .325f},
+                                            .width = 384,
+                                            .height = 384};
     add_quad(s, vec3(0, 0, 0), x, y, wall(.6f, .6f, .6f));
     add_quad(s, vec3(0, 0, 2), y, x, wall(.6f, .6f, .6f));
     add_quad(s, vec3(-1, 0, 1), y, z, wall(.57f, .04f, .04f));

@@ -37,20 +37,36 @@ static inline struct stage *new_stage(void)
                               .objects = s->objects,
                               .materials = s->materials,
                               .lights = s->lights};
-    s->scene.camera = (struct scene_camera){{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {-1, 1, -1, 1}, 64, 64};
+    s->scene.camera = (struct scene_camera){
+        .transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, .window = {-1, 1, -1, 1}, .width = 64, .height = 64};
     return s;
+}
+
+/* A material of one closure, good until MATERIALS more are made. */
+static inline struct scene_material material_of(struct scene_closure closure)
+{
+    enum { MATERIALS = 256 };
+    static struct scene_closure closures[MATERIALS];
+    static int count;
+    struct scene_closure *own = &closures[count++ % MATERIALS];
+    *own = closure;
+    return (struct scene_material){.closure_count = 1,
+                                   .closures = own,
+                                   .emission.texture = SCENE_NONE,
+                                   .emission_front = true,
+                                   .emission_back = true,
+                                   .normal.texture = SCENE_NONE};
 }
 
 static inline struct scene_material grey(float kd, float ks, float exponent, float emission)
 {
-    const struct scene_scalar none = {0, SCENE_NONE};
-    return (struct scene_material){.type = ks > 0 ? MATERIAL_PHONG : MATERIAL_DIFFUSE,
-                                   .colour = {{kd, kd, kd}, SCENE_NONE},
-                                   .ks = {{ks, ks, ks}, SCENE_NONE},
-                                   .exponent = {exponent, SCENE_NONE},
-                                   .metallic = none,
-                                   .roughness = none,
-                                   .emission = {emission, emission, emission}};
+    struct scene_closure closure = scene_closure_of(ks > 0 ? CLOSURE_PHONG : CLOSURE_DIFFUSE);
+    closure.colour = (struct scene_colour){{kd, kd, kd}, SCENE_NONE};
+    closure.ks = (struct scene_colour){{ks, ks, ks}, SCENE_NONE};
+    closure.exponent.value = exponent;
+    struct scene_material material = material_of(closure);
+    for (int i = 0; i < 3; i++) material.emission.value[i] = emission;
+    return material;
 }
 
 static inline struct scene_object *add_object(struct stage *s, int mesh, int material)

@@ -81,7 +81,7 @@ def test_a_damaged_file_is_refused(sanitized, cornell, cached, tmp_path):
 
 def test_another_scene_is_refused(sanitized, copy, cached, tmp_path):
     def repaint(scene):
-        scene["materials"][0]["colour"] = [0.6, 0.6, 0.59]
+        scene["materials"][0]["closures"][0]["colour"] = [0.6, 0.6, 0.59]
     edit(copy, repaint)
     assert "another scene" in refused(sanitized, copy, tmp_path / "b.exr", cached / "a.cache")
 

@@ -9,6 +9,8 @@ import pytest
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOLDERS = ("import", "eas", "render", "scenes", "tests")
 SOURCE = (".c", ".h", ".cpp", ".py")
+SCRIPTS = ("tests/run", "scenes/setup", "scenes/demo", "scenes/paper", "scenes/chart", "scenes/sweep", "scenes/scale",
+           "scenes/validate", "scenes/dragon/fetch")
 
 
 def sources(*folders, endings=SOURCE):
@@ -55,8 +57,7 @@ def test_every_source_is_built():
 
 
 def test_every_source_names_its_licence():
-    scripts = ["tests/run", ".ci/run", "scenes/setup", "scenes/demo", "scenes/paper"]
-    for path in sources(*FOLDERS) + scripts:
+    for path in [*sources(*FOLDERS), *SCRIPTS, ".ci/run"]:
         licence = "GPL-3.0-or-later" if path.startswith(("import/blender/", "tests/blender/")) else "Apache-2.0"
         head = text(path)[:200]
         assert f"SPDX-License-Identifier: {licence}" in head, path
@@ -64,8 +65,7 @@ def test_every_source_names_its_licence():
 
 def test_no_file_names_a_place_on_one_machine():
     places = re.compile(r"(?<![\w.])/(" + "|".join(("work", "tmp", "root", "home")) + r")/")
-    scripts = ["scenes/demo", "scenes/paper", "scenes/setup"]
-    for path in sources(*FOLDERS) + ["CMakeLists.txt", "README.md", "import/FORMAT.md", *scripts]:
+    for path in [*sources(*FOLDERS), *SCRIPTS, "CMakeLists.txt", "README.md", "import/FORMAT.md"]:
         assert not places.search(text(path)), f"{path}: {places.search(text(path)).group()}"
 
 
@@ -105,7 +105,7 @@ def test_readme_commands_run():
     assert len(commands) >= 4
     for command in commands:
         words = command.split()
-        if words[0] in ("scenes/demo", "scenes/paper", "tests/run", "scenes/setup"):
+        if words[0] in SCRIPTS:
             assert os.access(os.path.join(ROOT, words[0]), os.X_OK), command
             continue
         result = subprocess.run(command, shell=True, cwd=ROOT, capture_output=True, text=True, timeout=600)

@@ -101,7 +101,7 @@ def test_a_texture_that_is_not_there_exits_3(sanitized, broken, tmp_path):
         scene.setdefault("textures", []).append({"type": "image", "image": len(scene["images"]) - 1,
                                                  "interpolation": "linear", "extension": "repeat",
                                                  "uv_transform": [1, 0, 0, 0, 1, 0]})
-        material = scene["materials"][0]
+        material = scene["materials"][0]["closures"][0]
         material["kd" if "kd" in material else "colour"] = {"texture": len(scene["textures"]) - 1}
     edit(broken, add_texture)
     expect_input_error(sanitized, broken, tmp_path / "a.exr", "gone.png")

@@ -7,10 +7,10 @@ import re
 
 import bpy
 
-import materials
+import closures
 
 # Of each property: its input, the nodes that have it, the most that it may be.
-PROPERTIES = {"exponent": ("Exponent", materials.is_phong, math.inf),
+PROPERTIES = {"exponent": ("Exponent", closures.is_phong, math.inf),
               "roughness": ("Roughness", lambda node: node.bl_idname == "ShaderNodeBsdfPrincipled", 1)}
 
 

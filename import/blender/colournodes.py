@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 import nodes
-from textures import LUMINANCE, Value
+from textures import ANGLE, LUMINANCE, Value
 
 TABLE = 256  # steps of a colour ramp or curve, as many as Cycles takes
 
@@ -68,7 +68,7 @@ def mix(inputs, ref, node):
     clamp_factor = legacy or node.clamp_factor
     clamp = node.use_clamp if legacy else node.data_type == "RGBA" and node.clamp_result
     if blend not in BLENDS:
-        inputs.note(f"blend type {blend} is replaced by MIX", nodes.name(ref))
+        inputs.simplified(f"blend type {blend} is replaced by MIX", nodes.name(ref))
     blended = BLENDS.get(blend, BLENDS["MIX"])
 
     def function(factor, a, b):
@@ -88,7 +88,7 @@ def mix(inputs, ref, node):
 def math(inputs, ref, node):
     operation = MATH.get(node.operation)
     if operation is None:
-        inputs.note(f"operation {node.operation} is replaced by its first input", nodes.name(ref))
+        inputs.simplified(f"operation {node.operation} is replaced by its first input", nodes.name(ref))
         operation = (lambda a, b, c: a)
     terms = [inputs.value(nodes.Ref(socket, ref.groups)) for socket in node.inputs if socket.enabled]
     terms += [Value([0, 0, 0])] * (3 - len(terms))
@@ -184,7 +184,7 @@ def clamp(inputs, ref, node):
 
 def map_range(inputs, ref, node):
     if node.data_type != "FLOAT" or node.interpolation_type != "LINEAR":
-        inputs.note("Map Range is taken as linear", nodes.name(ref))
+        inputs.simplified("Map Range is taken as linear", nodes.name(ref))
 
     def function(x, a, b, c, d):
         result = c + divide(x - a, b - a) * (d - c)
@@ -218,26 +218,62 @@ def blackbody(inputs, ref, node):
     return Value(colour)
 
 
+COSINES = np.linspace(0, 1, 64)  # where what depends on the viewer's angle is sampled
+
+
+def by_angle(front, back):
+    """The Value of what is seen from each side: numbers or colours at COSINES, or one number."""
+    def colours(side):
+        side = np.asarray(side, np.float32)
+        return np.broadcast_to(side if side.ndim == 2 else side.reshape(-1, 1), (len(COSINES), 3))
+    return Value([colours(front), colours(back)], ANGLE)
+
+
+def dielectric(index):
+    """Fresnel's reflectance at COSINES (fresnel_dielectric_cos of Cycles)."""
+    squared = index * index - 1 + COSINES**2
+    g = np.sqrt(squared.clip(1e-12))
+    a = (g - COSINES) / (g + COSINES)
+    b = (COSINES * (g + COSINES) - 1) / (COSINES * (g - COSINES) + 1)
+    return np.where(squared > 0, a * a * (1 + b * b) / 2, 1)
+
+
 def fresnel(inputs, ref, node):
-    """At normal incidence, where most of a surface is seen."""
-    if node.bl_idname == "ShaderNodeFresnel":
-        index = inputs.number(ref.input("IOR"))
-    else:
-        index = 1 / max(1e-3, 1 - min(1, inputs.number(ref.input("Blend"))))
-    facing = ref.socket.name == "Facing"
-    inputs.note(f"{node.bl_label} is taken at normal incidence", nodes.name(ref))
-    return Value([0 if facing else ((index - 1) / (index + 1)) ** 2] * 3)
+    """Fresnel and Layer Weight (svm/fresnel.h)."""
+    parameter = inputs.value(ref.input("IOR" if node.bl_idname == "ShaderNodeFresnel" else "Blend"))
+    if not parameter.constant:
+        inputs.note(f"the texture on {node.bl_label} is replaced by its mean", nodes.name(ref))
+    return by_angle(*fresnel_curves(node, ref.socket.name, float(parameter.mean()[0])))
 
 
-def seen(inputs, ref, node):
-    """Light Path and Geometry: what holds for light that bounces on front faces."""
-    if ref.socket.name != "Backfacing":
-        inputs.note(f"{node.bl_label} ({ref.socket.name}) is taken as 0", nodes.name(ref))
+def fresnel_curves(node, output, parameter):
+    """What an output of Fresnel or Layer Weight gives at COSINES, seen from the front and from the back."""
+    if output == "Facing":
+        blend = min(max(parameter, 0), 1 - 1e-5)
+        facing = 1 - COSINES ** (2 * blend if blend < 0.5 else 0.5 / (1 - blend))
+        return facing, facing
+    index = max(parameter, 1e-5) if node.bl_idname == "ShaderNodeFresnel" else 1 / max(1 - parameter, 1e-5)
+    return dielectric(index), dielectric(1 / index)
+
+
+def light_path(inputs, ref, node):
+    """As it is for light that bounces, but for inputs.rays."""
+    name = ref.socket.name
+    if name in inputs.rays:
+        return Value([1, 1, 1])
+    inputs.note(f"Light Path ({name}) is taken as 0", nodes.name(ref))
+    return Value([0, 0, 0])
+
+
+def geometry(inputs, ref, node):
+    if ref.socket.name == "Backfacing":
+        return by_angle(0, 1)
+    inputs.simplified(f"Geometry ({ref.socket.name}) is taken as 0", nodes.name(ref))
     return Value([0, 0, 0])
 
 
 def object_info(inputs, ref, node):
-    inputs.note(f"Object Info ({ref.socket.name}) is taken as 0.5", nodes.name(ref))
+    inputs.simplified(f"Object Info ({ref.socket.name}) is taken as 0.5", nodes.name(ref))
     return Value([0.5] * 3)
 
 
@@ -245,5 +281,5 @@ OPERATIONS = {"Mix": mix, "MixRGB": mix, "Math": math, "HueSaturation": hue_satu
               "Invert": invert, "BrightContrast": bright_contrast, "RGBToBW": to_grey, "ValToRGB": colour_ramp,
               "RGBCurve": curves, "FloatCurve": float_curve, "Clamp": clamp, "MapRange": map_range,
               "SeparateColor": separate, "SeparateRGB": separate, "CombineColor": join, "CombineRGB": join,
-              "Blackbody": blackbody, "Fresnel": fresnel, "LayerWeight": fresnel, "LightPath": seen,
-              "NewGeometry": seen, "ObjectInfo": object_info}
+              "Blackbody": blackbody, "Fresnel": fresnel, "LayerWeight": fresnel, "LightPath": light_path,
+              "NewGeometry": geometry, "ObjectInfo": object_info}

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a colour or number input holds over the surface: image and checker textures, and the colour nodes behind them.
 
-`Inputs.value(ref)` gives a Value (textures.py). A node that is not known here counts as its nearest input, with a note.
+`Inputs.value(ref)` gives a Value (textures.py). A node that is not known here counts as its nearest input, and is told
+to `simplified`: what it says can be had by baking (baking.py), which is tried where an Inputs has a `baker`.
 """
 import math
 
@@ -19,11 +20,28 @@ IDENTITY = Matrix.Identity(4)
 
 
 class Inputs:
-    """The inputs of one material, light or world; note(text, node's name) takes what was simplified."""
+    """The inputs of one material, light or world; note(text, node's name) takes what is otherwise here, simplified what
+    is only for want of baking. rays: outputs of Light Path that count as 1."""
 
-    def __init__(self, note):
+    def __init__(self, note, simplified=None, baker=None, rays=()):
         self.note = note
-        self.uv_layers = set()  # the UV maps that the textures name
+        self.simplified = simplified or note
+        self.baker = baker
+        self.rays = rays
+        self.uv_layers = set()  # the UV maps that the textures name; "" is the one that renders
+
+    def surface(self, ref):
+        """As value, baked where that is not exact or would need the mesh's own UVs."""
+        if self.baker is None:
+            return self.value(ref)
+        notes, simplified = [], []
+        trial = Inputs(lambda *what: notes.append(what), lambda *what: simplified.append(what), rays=self.rays)
+        value = trial.value(ref)
+        if simplified or not (value.constant or value.by_angle):
+            return self.baker.value(ref)
+        for what in notes:
+            self.note(*what)
+        return value
 
     def value(self, ref):
         """The Value at an input socket, of three channels whatever the socket's type."""
@@ -43,7 +61,7 @@ class Inputs:
         """As value, a texture averaged with a note."""
         value = self.value(ref)
         if not value.constant:
-            self.note(f"the texture on {ref.socket.name} is replaced by its mean", nodes.name(ref))
+            self.simplified(f"the texture on {ref.socket.name} is replaced by its mean", nodes.name(ref))
             value = Value(value.mean())
         return value
 
@@ -52,13 +70,17 @@ class Inputs:
 
     def combine(self, ref, function, *values):
         """textures.combine; textures that lie differently are first laid into one picture of the UV square."""
+        if any(value.by_angle for value in values) and not all(value.by_angle or value.constant for value in values):
+            self.note("what depends on the viewer's angle is replaced by its mean where it meets a texture",
+                      nodes.name(ref))
+            values = [Value(value.mean()) if value.by_angle else value for value in values]
         result = combine(function, *values)
         if result is None:
-            self.note("textures that lie differently are laid into one picture, exact where UVs are 0 .. 1",
-                      nodes.name(ref))
+            self.simplified("textures that lie differently are laid into one picture, exact where UVs are 0 .. 1",
+                            nodes.name(ref))
             placed = textures.laid([value for value in values if not value.constant])
             if placed is None:
-                return Value(function(*(value.mean() for value in values)))
+                return combine(function, *(Value(value.mean()) for value in values))
             placed = iter(placed)
             result = combine(function, *(value if value.constant else next(placed) for value in values))
         return result
@@ -79,12 +101,13 @@ class Inputs:
         colour_inputs = [i for i in ref.inputs() if i.socket.type == "RGBA"]
         linked = [i for i in colour_inputs if nodes.source(i).socket.is_output]
         if linked:
-            self.note(f"node {node.bl_label} is left out: what enters {linked[0].socket.name} is used", nodes.name(ref))
+            self.simplified(f"node {node.bl_label} is left out: what enters {linked[0].socket.name} is used",
+                            nodes.name(ref))
             return self.value(linked[0])
         if colour_inputs:
-            self.note(f"node {node.bl_label} is left out: the mean of its colours is used", nodes.name(ref))
+            self.simplified(f"node {node.bl_label} is left out: the mean of its colours is used", nodes.name(ref))
             return Value(np.mean([default(nodes.source(i).socket) for i in colour_inputs], axis=0))
-        self.note(f"node {node.bl_label} is left out: {GREY} is used", nodes.name(ref))
+        self.simplified(f"node {node.bl_label} is left out: {GREY} is used", nodes.name(ref))
         return Value([GREY] * 3)
 
     # Constants
@@ -101,18 +124,25 @@ class Inputs:
             self.note("image {} is missing: magenta, as Cycles shows it".format(node.image.name if node.image else ""),
                       nodes.name(ref))
             return Value(textures.MISSING)
-        for what, words in ((node.interpolation, textures.INTERPOLATIONS), (node.extension, textures.EXTENSIONS)):
-            if what not in words:
-                self.note(f"{what} is replaced by {next(iter(words.values()))}", nodes.name(ref))
+        if node.interpolation not in textures.INTERPOLATIONS:
+            self.note(f"{node.interpolation} interpolation is linear here", nodes.name(ref))
         if node.projection != "FLAT":
-            self.note(f"projection {node.projection} is replaced by FLAT", nodes.name(ref))
+            self.simplified(f"projection {node.projection} is replaced by FLAT", nodes.name(ref))
+        if textures.colour_space(node.image) is None:
+            self.simplified(f"colour space {node.image.colorspace_settings.name}: read as another", nodes.name(ref))
+        if node.image.source == "TILED":
+            self.simplified("of a picture in tiles (UDIM) the first one is used", nodes.name(ref))
         matrix = self._coordinates(ref, node, "UV")
         placement = {"type": "image", "interpolation": textures.INTERPOLATIONS.get(node.interpolation, "linear"),
-                     "extension": textures.EXTENSIONS.get(node.extension, "repeat"),
-                     "uv_transform": self._plane(ref, matrix)}
+                     "extension": textures.EXTENSIONS[node.extension], "uv_transform": self._plane(ref, matrix)}
         if ref.socket.name == "Alpha":
-            alpha = textures.pixels(node.image)[..., 3:]
-            return Value([1, 1, 1]) if alpha.min() == 1 else Value(np.repeat(alpha, 3, axis=2), placement)
+            opaque = not textures.has_alpha(node.image) and placement["extension"] != "clip"
+            return Value([1, 1, 1]) if opaque else Value(None, placement, node.image, alpha=True)
+        unasked = not node.outputs["Alpha"].is_linked and node.image.alpha_mode == "STRAIGHT"
+        if unasked and textures.has_alpha(node.image):
+            # Cycles keeps pictures multiplied by their alpha, and divides by it where Alpha is asked for.
+            rgba = textures.pixels(node.image)
+            return Value(rgba[..., :3] * rgba[..., 3:], placement)
         return Value(None, placement, node.image)
 
     def _TexEnvironment(self, ref, node):
@@ -121,11 +151,11 @@ class Inputs:
                       nodes.name(ref))
             return Value(textures.MISSING)
         if node.projection != "EQUIRECTANGULAR":
-            self.note(f"projection {node.projection} is read as equirectangular", nodes.name(ref))
+            self.simplified(f"projection {node.projection} is read as equirectangular", nodes.name(ref))
         matrix = self._coordinates(ref, node, "Generated").to_3x3()
         rotation = matrix.to_quaternion().to_matrix()
         if max(abs(matrix[i][j] - rotation[i][j]) for i in range(3) for j in range(3)) > 1e-4:
-            self.note("Mapping: only its rotation is used", nodes.name(ref))
+            self.simplified("Mapping: only its rotation is used", nodes.name(ref))
         # Looked up at rotation * direction: the map's own axes in the world are the inverse.
         return Value(None, {"type": "image", "interpolation": "linear", "extension": "repeat",
                             "uv_transform": [1, 0, 0, 0, 1, 0], "rotation": rotation.transposed().to_4x4()}, node.image)
@@ -148,8 +178,8 @@ class Inputs:
     def _plane(self, ref, matrix):
         """The part of a 4 x 4 matrix that concerns u and v, as uv_transform."""
         if abs(matrix[2][0]) + abs(matrix[2][1]) > 1e-6 and ref.node.bl_idname == "ShaderNodeTexChecker":
-            self.note("the mapping turns out of the plane of u and v: only its part in the plane is used",
-                      nodes.name(ref))
+            self.simplified("the mapping turns out of the plane of u and v: only its part in the plane is used",
+                            nodes.name(ref))
         return numbers([[matrix[row][0], matrix[row][1], matrix[row][3]] for row in range(2)])
 
     def _coordinates(self, ref, node, unlinked):
@@ -166,7 +196,8 @@ class Inputs:
             at = origin.node
             if not origin.socket.is_output:
                 if origin.socket != ref.socket or unlinked != ("Generated" if world else "UV"):
-                    self.note(f"{unlinked} coordinates are replaced by UV", nodes.name(ref))
+                    self.simplified(f"{unlinked} coordinates are replaced by UV", nodes.name(ref))
+                self.uv_map("", ref)
                 return matrix
             kind, output = at.bl_idname, origin.socket.name
             if kind == "ShaderNodeMapping":
@@ -175,24 +206,30 @@ class Inputs:
                 for name in ("Location", "Rotation", "Scale"):
                     entry = origin.input(name)
                     if entry and nodes.source(entry).socket.is_output:
-                        self.note(f"{name} is linked: its unlinked value is used", nodes.name(origin))
+                        self.simplified(f"{name} is linked: its unlinked value is used", nodes.name(origin))
                 matrix = matrix @ mapping_matrix(at.vector_type, location, rotation, scale)
                 ref = origin.input("Vector")
             elif kind == "ShaderNodeUVMap":
-                if at.uv_map:
-                    self.uv_layers.add(at.uv_map)
+                self.uv_map(at.uv_map, ref)
                 return matrix
             elif kind == "ShaderNodeTexCoord" and output == "UV" and not world:
+                self.uv_map("", ref)
                 return matrix
             elif kind == "ShaderNodeTexCoord" and world and output == "Generated":
                 return matrix
             elif kind in ("ShaderNodeAttribute", "ShaderNodeVertexColor") and not world:
-                self.uv_layers.add(at.attribute_name if kind == "ShaderNodeAttribute" else at.layer_name)
+                self.uv_map(at.attribute_name if kind == "ShaderNodeAttribute" else at.layer_name, ref)
                 return matrix
             else:
-                self.note("coordinates from {} ({}) are replaced by {}".format(
+                self.simplified("coordinates from {} ({}) are replaced by {}".format(
                     at.bl_label, output, "the direction" if world else "UV"), nodes.name(origin))
                 return matrix
+
+    def uv_map(self, layer, ref):
+        """Takes down that a texture uses this UV map; "" is the one that renders."""
+        self.uv_layers.add(layer)
+        if len(self.uv_layers) > 1:
+            self.simplified("several UV maps are used in one material: one alone is exported", nodes.name(ref))
 
 
 def default(socket):

@@ -2,7 +2,8 @@
 """The reference: renders a .blend with Cycles on the CPU, every setting off that trades truth for speed.
 
     python3 import/blender/cycles.py FILE.blend -o REF.exr --spp 256 [--seed 1] [--threads 1] [--size 384x384]
-                                     [--set materials/NAME/exponent=VALUE] [--denoise] [--half] [--stats STATS.json]
+                                     [--set materials/NAME/exponent=VALUE] [--denoise [QUALITY,PREFILTER]] [--guiding]
+                                     [--half] [--stats STATS.json]
 
 REF.exr holds Blender's channels ViewLayer.Combined.R ... (linear, 32 bits), ViewLayer.Emit (emitters seen directly),
 ViewLayer.Normal and ViewLayer.Depth; with --half 16 bits and the first two alone, for references that are stored. Two
@@ -48,6 +49,13 @@ def parse_options():
             raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT in pixels, each from 4 to 65536")
         return int(sides[0]), int(sides[1])
 
+    def denoising(text):
+        quality, _, prefilter = text.partition(",")
+        if quality not in ("high", "balanced", "fast") or prefilter not in ("accurate", "fast", "none"):
+            raise argparse.ArgumentTypeError(f"{text!r} is not QUALITY,PREFILTER of high, balanced or fast and "
+                                             "accurate, fast or none")
+        return text
+
     parser = argparse.ArgumentParser(description="Renders the unbiased Cycles reference of a .blend.")
     parser.add_argument("blend", metavar="FILE.blend")
     parser.add_argument("-o", "--output", metavar="REF.exr", required=True)
@@ -57,7 +65,10 @@ def parse_options():
     parser.add_argument("--size", type=size, metavar="WxH", help="pixels; the file's by default")
     parser.add_argument("--set", action="append", default=[], metavar="materials/NAME/exponent=VALUE",
                         help="replaces a Phong material's exponent or a Principled one's roughness; may be given again")
-    parser.add_argument("--denoise", action="store_true", help="OpenImageDenoise with albedo and normal")
+    parser.add_argument("--denoise", type=denoising, nargs="?", const="high,accurate", metavar="QUALITY,PREFILTER",
+                        help="OpenImageDenoise with albedo and normal: high, balanced or fast, the two filtered before "
+                        "(accurate), with the picture (fast) or not (none); high,accurate by default")
+    parser.add_argument("--guiding", action="store_true", help="path guiding, as Cycles sets it by default")
     parser.add_argument("--half", action="store_true", help="16 bits, Combined and Emit alone")
     parser.add_argument("--stats", metavar="FILE.json")
     options = parser.parse_args()
@@ -102,14 +113,17 @@ def silent_stdout():
 
 
 def open_scene(bpy, path):
-    """Reads the .blend, its scripts not run; its scene, which has a camera and a view layer to render."""
+    """Reads the .blend; its scene, which has a camera and a view layer to render."""
+    from openfile import FileError, open_file
     try:
-        bpy.ops.wm.open_mainfile(filepath=os.path.abspath(path), load_ui=False, use_scripts=False)
-    except RuntimeError as error:
-        fail(f"{path}: cannot be read as a Blender file: {str(error).strip().splitlines()[-1].removeprefix('Error: ')}")
+        open_file(path)
+    except FileError as error:
+        fail(error)
     scene = bpy.context.scene
     if scene.camera is None:
         fail(f"{path}: the scene {scene.name!r} has no camera")
+    if scene.camera.type != "CAMERA":
+        fail(f"{path}: {scene.camera.name!r}: is no camera, but the scene's camera")
     if not any(layer.use for layer in scene.view_layers):
         fail(f"{path}: the scene {scene.name!r} has no view layer that is rendered")
     for image in bpy.data.images:
@@ -167,7 +181,7 @@ def main():
             except ValueError as error:
                 fail(error)
         set_up(scene, options)
-        unbiased.settings(scene, options.denoise, changes)
+        unbiased.settings(scene, options.denoise, options.guiding, changes)
         unbiased.subsurf(scene, changes)
     print("changed, to be unbiased:")
     for change in changes:
@@ -186,8 +200,9 @@ def main():
 
     render = scene.render
     stats = {
-        "method": "cycles-oidn" if options.denoise else "cycles", "cpu_s": cpu, "wall_s": wall, "samples": options.spp,
-        "seed": options.seed, "threads": options.threads, "osl": bool(scene.cycles.shading_system),
+        "method": "cycles" + "-guiding" * options.guiding + "-oidn" * bool(options.denoise), "cpu_s": cpu,
+        "wall_s": wall, "samples": options.spp, "seed": options.seed, "threads": options.threads,
+        "osl": bool(scene.cycles.shading_system),
         "size": [side * render.resolution_percentage // 100 for side in (render.resolution_x, render.resolution_y)],
         "blender": bpy.app.version_string, "changed": changes,
     }
@@ -197,6 +212,8 @@ def main():
             file.write("\n")
     print(f"{options.output}: {options.spp} samples a pixel, {cpu:.2f} CPU s, {wall:.2f} wall s, "
           f"{options.threads} threads")
+    from openfile import leave
+    leave(0)
 
 
 if __name__ == "__main__":

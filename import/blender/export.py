@@ -11,26 +11,26 @@ import argparse
 import os
 import signal
 import sys
-import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
+import guard  # noqa: E402
+
+if __name__ == "__main__":
+    guard.enter("export.py")
+
 import bpy  # noqa: E402
-from mathutils import Matrix  # noqa: E402
 
 import camera  # noqa: E402
 import geometry  # noqa: E402
-import lights  # noqa: E402
 import world  # noqa: E402
+from bakery import Bakery  # noqa: E402
 from materials import Materials  # noqa: E402
-from scenefile import SceneFile, SceneFileError, transform  # noqa: E402
+from openfile import FileError, leave, open_file  # noqa: E402
+from scenefile import SceneFile, SceneFileError  # noqa: E402
+from walk import Walk  # noqa: E402
 
 ENGINE = "BURNISH_EXPORT"
-LEFT_OUT = {"VOLUME": "volume", "CURVES": "hair curves", "POINTCLOUD": "point cloud", "GREASEPENCIL": "grease pencil",
-            "GPENCIL": "grease pencil"}
-SILENT = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
-WITH_SURFACE = {"CURVE", "SURFACE", "FONT", "META"}
-PROGRESS_SECONDS = 2
 
 
 class ExportError(Exception):
@@ -67,32 +67,24 @@ def parse_arguments():
     return parser.parse_args(arguments)
 
 
-def open_file(path):
-    if not os.path.isfile(path):
-        raise ExportError(f"{path}: no such file")
-    try:
-        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
-    except RuntimeError as error:
-        reason = str(error).strip().splitlines()[-1].removeprefix("Error: ")
-        raise ExportError(f"{path}: cannot be read as a Blender file: {reason}") from error
-
-
 def export_scene(scene, folder, check=lambda: None):
     """Exports a scene of the open file with a render's modifiers and visibility; the file in memory is changed.
-    Returns the length of each list of the format. check is called before the scene takes its place; it may raise."""
+    Returns the lists of the format. check is called before the scene takes its place; it may raise."""
     if scene.camera is None:
-        raise ExportError(f"{bpy.data.filepath}: the scene {scene.name} has no camera")
+        raise ExportError(f"the scene {scene.name} has no camera")
     with SceneFile(f"import/blender, Blender {bpy.app.version_string}", folder) as scene_file:
-        if scene.render.use_simplify:
-            scene_file.note("Simplify is switched off")
-            scene.render.use_simplify = False
+        note_what_is_left_out(scene_file, scene)
+        scene.render.use_simplify = False
         cages = geometry.prepare_cages(bpy.data.objects, scene_file)
         materials = Materials(scene_file)
+        bakery = Bakery(scene_file, materials)
         world.export(scene_file, scene.world, materials.images)  # it may have to render, which cannot be nested
-        run_in_render(scene, lambda depsgraph: walk(scene_file, scene, depsgraph, cages, materials))
+        run_in_render(scene, lambda depsgraph: walk(scene_file, scene, depsgraph, cages, materials, bakery))
+        bakery.export(scene)
+        note_what_is_not_there(scene_file)
         check()
         scene_file.write()
-        return {name: len(entries) for name, entries in scene_file.lists.items()}
+        return scene_file.lists
 
 
 def run_in_render(scene, function):
@@ -128,86 +120,36 @@ def run_in_render(scene, function):
         raise ExportError("Blender rendered nothing: no view layer is switched on")
 
 
-def walk(scene_file, scene, depsgraph, cages, materials):
+def walk(scene_file, scene, depsgraph, *exporters):
     """Adds all that the evaluated scene holds."""
     if len([layer for layer in scene.view_layers if layer.use]) > 1:
         scene_file.note(f"only the view layer {depsgraph.view_layer.name} is exported")
-    if not camera.export(scene_file, scene, depsgraph):
-        raise ExportError(f"{scene.camera.name}: is no camera, but the scene's camera")
-    meshes = {}
-    started = shown = time.monotonic()
-    for count, instance in enumerate(depsgraph.object_instances):
-        if time.monotonic() - shown > PROGRESS_SECONDS:
-            shown = time.monotonic()
-            progress(f"{count} objects in {shown - started:.0f} s")
-        export_instance(scene_file, instance, cages, materials, meshes)
+    wrong = camera.export(scene_file, scene, depsgraph)
+    if wrong:
+        raise ExportError(f"{scene.camera.name}: {wrong}")
+    Walk(scene_file, scene, depsgraph, *exporters).run()
 
 
-def export_instance(scene_file, instance, cages, materials, meshes):
-    obj = instance.object
-    if not instance.show_self:
-        return
-    for system in obj.particle_systems if instance.show_particles else ():
-        if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-            scene_file.note(f"hair of the particle system {system.name} is left out", object=obj.name)
-    if obj.type == "LIGHT":
-        lights.export_light(scene_file, instance)
-    elif obj.type == "MESH" or obj.type in WITH_SURFACE:
-        export_object(scene_file, instance, cages, materials, meshes)
-    elif obj.type not in SILENT:
-        scene_file.note(f"{LEFT_OUT.get(obj.type, obj.type.lower())} is left out", object=obj.name)
-
-
-def slots_of(obj, mesh):
-    """The materials that the faces' indices mean; geometry nodes may give the mesh more than the object has slots."""
-    return [slot.material for slot in obj.material_slots] + list(mesh.materials)[len(obj.material_slots):]
-
-
-def export_object(scene_file, instance, cages, materials, meshes):
-    obj = instance.object
-    visible = [getattr(obj, "visible_" + ray) for ray in ("camera", "diffuse", "glossy", "shadow")]
-    if not any(visible):
-        scene_file.note("hidden from all rays: left out", object=obj.name)
-        return
-    for found, text in ((not all(visible), "hidden from some kinds of rays: seen by all here"),
-                        (obj.is_holdout, "a holdout: an ordinary object here"),
-                        (obj.is_shadow_catcher, "a shadow catcher: an ordinary object here")):
+def note_what_is_left_out(scene_file, scene):
+    render = scene.render
+    for found, text in (
+            (render.use_simplify, "Simplify is switched off"),
+            (render.use_compositing and scene.use_nodes, "the compositor is left out: the picture is the render"),
+            (render.use_sequencer and scene.sequence_editor and len(scene.sequence_editor.strips),
+             "the video sequence is left out: the picture is the render")):
         if found:
-            scene_file.note(text, object=obj.name)
-    temporary = obj.type != "MESH"
-    mesh = obj.to_mesh() if temporary else obj.data
-    if mesh is None:
-        return
-    slots = slots_of(obj, mesh)
-    exported = [materials.export(material, obj.name) for material in slots]
-    uv_layers = set().union(*(material.uv_layers for material in exported))
-    left_out = tuple(slot for slot, material in enumerate(exported) if material.see_through)
-    known = sorted(layer for layer in uv_layers if layer in mesh.uv_layers)
-    if len(known) > 1:
-        scene_file.note(f"several UV maps are used: {known[0]} alone is exported", object=obj.name)
-    # Evaluated data of one pointer is one mesh; equal ones of different pointers meet in SceneFile.
-    # What an object's own geometry nodes place is no part of the mesh that its Subsurf divides.
-    own = instance.is_instance and instance.parent.original == obj.original
-    cage = None if own else cages.get(obj.original.name_full)
-    uv_layer = known[0] if known else None
-    matrix = instance.matrix_world.copy()
-    flattened = matrix if geometry.is_singular(matrix) else None
-    key = (mesh.as_pointer(), cage is None, uv_layer, len(slots), left_out)
-    if temporary or flattened or key not in meshes:
-        meshes[key] = geometry.export_mesh(scene_file, mesh, obj.data.name, cage, uv_layer, len(slots), left_out,
-                                           flattened)
-    if meshes[key] is not None:
-        scene_file.append("objects", {"name": obj.name, "mesh": meshes[key],
-                                      "materials": [material.index for material in exported],
-                                      "transform": transform(Matrix.Identity(4) if flattened else matrix)})
-    if flattened:
-        del meshes[key]
-    if temporary:
-        obj.to_mesh_clear()
+            scene_file.note(text)
+    for library in bpy.data.libraries:
+        if not os.path.isfile(bpy.path.abspath(library.filepath)):
+            scene_file.note(f"the library {library.filepath} is missing: what it held is left out")
 
 
-def progress(text):
-    print(f"export: {text}", file=sys.stderr, flush=True)
+def note_what_is_not_there(scene_file):
+    lists = scene_file.lists
+    if not lists["objects"]:
+        scene_file.note("the scene has no surface that is rendered")
+    if not (lists["lights"] or "world" in scene_file.top or any("emission" in entry for entry in lists["materials"])):
+        scene_file.note("nothing gives light: the picture is black")
 
 
 def main():
@@ -217,17 +159,24 @@ def main():
         if arguments.file:
             open_file(arguments.file)
         interruption.check()
-        counts = export_scene(bpy.context.scene, arguments.output, interruption.check)
-    except (ExportError, SceneFileError) as error:
+        lists = export_scene(bpy.context.scene, arguments.output, interruption.check)
+    except (FileError, SceneFileError) as error:
         print(f"export.py: {error}", file=sys.stderr)
+        return 3
+    except ExportError as error:
+        print(f"export.py: {bpy.data.filepath}: {error}", file=sys.stderr)
         return 3
     except KeyboardInterrupt:
         print("export.py: interrupted, nothing was written", file=sys.stderr)
         return 130
-    progress("{objects} objects of {meshes} meshes, {materials} materials, {lights} lights, {images} images, "
-             "{notes} notes".format(**counts))
+    for note in lists["notes"]:
+        place = ", ".join(note[key] for key in ("object", "material", "node") if key in note)
+        print(f"export: note: {place}: {note['text']}" if place else f"export: note: {note['text']}", file=sys.stderr)
+    counts = {name: len(entries) for name, entries in lists.items()}
+    print("export: {objects} objects of {meshes} meshes, {materials} materials, {lights} lights, {images} images, "
+          "{notes} notes".format(**counts), file=sys.stderr)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    leave(main())

@@ -63,67 +63,57 @@ def attribute(mesh, name, domain):
     return read(found.data, "value", np.float32)
 
 
-def is_singular(matrix):
-    """True where a transform flattens space, which the format refuses."""
-    linear = matrix.to_3x3()
-    volume = linear.col[0].length * linear.col[1].length * linear.col[2].length
-    return abs(linear.determinant()) <= 2e-6 * volume
-
-
 class Kept:
-    """What is left of a mesh without some material slots, and without loose vertices and edges: no surface.
+    """What is left of a mesh without loose vertices and edges, which are no surface.
 
-    faces, corners, edges, vertices: which ones, as masks; index: new number of each vertex.
+    sizes, materials: of the faces; edges, vertices: which ones, as masks; index: new number of each vertex.
     """
 
-    def __init__(self, mesh, slots, left_out):
+    def __init__(self, mesh, slots):
         self.sizes = read(mesh.polygons, "loop_total", np.int32)
         self.materials = np.zeros(len(self.sizes), np.int32)
         if slots > 1 and "material_index" in mesh.attributes:
             # Cycles, too, takes the last slot for an index beyond it.
             self.materials = read(mesh.attributes["material_index"].data, "value", np.int32).clip(0, slots - 1)
-        self.faces = ~np.isin(self.materials, left_out)
-        self.corners = np.repeat(self.faces, self.sizes)
         self.edges, self.vertices = np.zeros(len(mesh.edges), bool), np.zeros(len(mesh.vertices), bool)
-        self.edges[read(mesh.loops, "edge_index", np.int32)[self.corners]] = True
-        self.corner_vertices = read(mesh.loops, "vertex_index", np.int32)[self.corners]
+        self.edges[read(mesh.loops, "edge_index", np.int32)] = True
+        self.corner_vertices = read(mesh.loops, "vertex_index", np.int32)
         self.vertices[self.corner_vertices] = True
         self.index = np.cumsum(self.vertices) - 1
 
 
-def export_mesh(scene_file, mesh, name, cage, uv_layer, slots, left_out=(), flattened=None):
+def export_mesh(scene_file, mesh, name, cage, uv_layers, flattened=None):
     """Adds an evaluated mesh; returns its index, or None where there is no face.
 
-    cage: settings from prepare_cages, or None; uv_layer: name of the UV map to take, None: the one that renders;
-    slots: how many materials the object has; left_out: those whose faces are left out;
-    flattened: a transform of no volume that is applied to the vertices, or None.
+    cage: settings from prepare_cages, or None; uv_layers: name of the UV map that each of the object's materials takes,
+    "": the one that renders; flattened: a transform of no volume that is applied to the vertices, or None.
     """
-    kept = Kept(mesh, slots, left_out)
-    if not kept.faces.any():
+    kept = Kept(mesh, len(uv_layers))
+    if not len(kept.sizes):
         return None
     positions = read(mesh.vertices, "co", np.float32, 3).reshape(-1, 3)[kept.vertices]
     if not np.isfinite(positions).all():
         scene_file.note("vertices that are not finite numbers were put in the origin", object=name)
         positions = np.where(np.isfinite(positions).all(axis=1, keepdims=True), positions, 0)
+    empty = int((read(mesh.polygons, "area", np.float32) == 0).sum())
+    if empty:
+        scene_file.note(f"faces of no area: {empty}, which no ray meets", object=name)
     if flattened is not None:
         matrix = np.array(flattened)
         positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
     entry = {"name": name, "positions": scene_file.add_view(positions, "float3"),
-             "face_sizes": scene_file.add_view(kept.sizes[kept.faces], "uint"),
+             "face_sizes": scene_file.add_view(kept.sizes, "uint"),
              "corners": scene_file.add_view(kept.index[kept.corner_vertices], "uint")}
     if cage is None and flattened is None and mesh.normals_domain != "FACE":
-        normals = read(mesh.corner_normals, "vector", np.float32, 3).reshape(-1, 3)[kept.corners]
+        normals = read(mesh.corner_normals, "vector", np.float32, 3).reshape(-1, 3)
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         good = (length > 0) & np.isfinite(length)
         normals = np.where(good, normals / np.where(good, length, 1), np.float32([0, 0, 1]))
         entry["normals"] = scene_file.add_view(normals, "float3")
-    uvs = mesh.uv_layers.get(uv_layer) if uv_layer else None
-    if uvs is None:
-        uvs = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+    uvs = corner_uvs(mesh, kept, uv_layers)
     if uvs is not None:
-        values = read(uvs.uv, "vector", np.float32, 2).reshape(-1, 2)[kept.corners]
-        entry["uvs"] = scene_file.add_view(np.nan_to_num(values, posinf=0, neginf=0), "float2")
-    materials = kept.materials[kept.faces]
+        entry["uvs"] = scene_file.add_view(np.nan_to_num(uvs, posinf=0, neginf=0), "float2")
+    materials = kept.materials
     if materials.any():
         entry["face_materials"] = scene_file.add_view(materials, "uint")
     if cage is not None:
@@ -131,16 +121,28 @@ def export_mesh(scene_file, mesh, name, cage, uv_layer, slots, left_out=(), flat
     return scene_file.add("meshes", entry, unnamed=True)
 
 
+def corner_uvs(mesh, kept, uv_layers):
+    """(u, v) of each corner by the UV map that its face's material takes, or None where there is none."""
+    rendered = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+    chosen = [mesh.uv_layers.get(name) or rendered for name in uv_layers] or [rendered]
+    values = {layer.name: read(layer.uv, "vector", np.float32, 2).reshape(-1, 2) for layer in chosen if layer}
+    if not values:
+        return None
+    uvs = values[chosen[0].name].copy()
+    for slot, layer in enumerate(chosen[1:], 1):
+        if layer != chosen[0]:
+            of_slot = np.repeat(kept.materials == slot, kept.sizes)
+            uvs[of_slot] = values[layer.name][of_slot]
+    return uvs
+
+
 def export_cage(scene_file, mesh, name, cage, kept):
     """The `subdivision` of a mesh."""
     flat = mesh.attributes.get("sharp_face")
-    flat = read(flat.data, "value", bool) if flat is not None else np.zeros(len(kept.faces), bool)
-    flat = flat[kept.faces]
+    flat = read(flat.data, "value", bool) if flat is not None else np.zeros(len(kept.sizes), bool)
     if flat.any() and not flat.all():
         scene_file.note("flat and smooth faces in one cage: all are " + ("flat" if flat.mean() > 0.5 else "smooth"),
                         object=name)
-    if not kept.faces.all():
-        scene_file.note("the cage lost faces that let light through: its border is another", object=name)
     subdivision = {"scheme": cage["scheme"], "boundary": cage["boundary"], "uv_boundary": cage["uv_boundary"],
                    "smooth": bool(flat.mean() <= 0.5)}
     edges = read(mesh.edges, "vertices", np.int32, 2).reshape(-1, 2)

@@ -4,10 +4,10 @@ the lamp is normalized)."""
 import math
 
 import numpy as np
-from mathutils import Matrix
 
 import nodes
 from colours import Inputs
+from placement import rigid
 from scenefile import number, numbers, transform
 
 MINIMUM_SPREAD = math.radians(1)
@@ -31,7 +31,7 @@ def emitted(ref, inputs):
         return np.zeros(3)
     node = origin.node
     if node.bl_idname == "ShaderNodeEmission":
-        return inputs.constant(origin.input("Color")).data * inputs.constant(origin.input("Strength")).data
+        return inputs.constant(origin.input("Color")).data * emission_strength(origin.input("Strength"), inputs)
     if node.bl_idname in ("ShaderNodeAddShader", "ShaderNodeMixShader"):
         shaders = [nodes.Ref(s, origin.groups) for s in node.inputs if s.type == "SHADER"]
         share = inputs.number(origin.input("Fac")) if node.bl_idname == "ShaderNodeMixShader" else None
@@ -41,6 +41,16 @@ def emitted(ref, inputs):
         return inputs.output(origin).mean()
     inputs.note(f"node {node.bl_label} of the lamp is left out", nodes.name(origin))
     return np.zeros(3)
+
+
+def emission_strength(ref, inputs):
+    """The number at the Strength of an Emission, which may be a Light Falloff's."""
+    origin = nodes.source(ref)
+    if not origin.socket.is_output or origin.node.bl_idname != "ShaderNodeLightFalloff":
+        return inputs.constant(ref).data
+    if origin.socket.name != "Quadratic" or inputs.number(origin.input("Smooth")) > 0:
+        inputs.note("Light Falloff: quadratic and not smooth here", nodes.name(origin))
+    return inputs.constant(origin.input("Strength")).data
 
 
 def export_light(scene_file, instance):
@@ -56,15 +66,9 @@ def export_light(scene_file, instance):
     for name, meaning in (("visible_diffuse", "diffuse"), ("visible_glossy", "glossy")):
         if not getattr(obj, name):
             note(f"hidden from {meaning} rays: seen by them here")
-    if not light.use_shadow:
-        note("casts no shadow: does here")
-    if obj.light_linking.receiver_collection or obj.light_linking.blocker_collection:
-        note("light linking is left out: lights all objects")
     matrix = instance.matrix_world.copy()
-    location, rotation, scale = matrix.decompose()
-    rigid = Matrix.LocRotScale(location, rotation, None)
     power = strength(light, Inputs(note))
-    entry = {"name": obj.name, "type": light.type.lower(), "transform": transform(rigid)}
+    entry = {"name": obj.name, "type": light.type.lower(), "transform": transform(rigid(matrix))}
     if light.type == "SUN":
         # Normalized: the strength is the irradiance of a plane that faces the sun. Else: the sun disc's radiance.
         if not light.normalize and light.angle > 0:
@@ -77,6 +81,8 @@ def export_light(scene_file, instance):
         if size[0] * size[1] == 0:
             note("has no size, so that it emits nothing: left out")
             return
+        if abs(matrix.col[0].dot(matrix.col[1])) > 1e-4 * matrix.col[0].length * matrix.col[1].length:
+            note("a sheared lamp: straight here")
         if not light.normalize:
             power *= size[0] * size[1] * (math.pi / 4 if ellipse else 1)
         if light.spread < MINIMUM_SPREAD:
@@ -91,8 +97,12 @@ def export_light(scene_file, instance):
                   "shape": "disc" if light.use_soft_falloff else "sphere"}
         if light.type == "SPOT":
             entry |= {"angle": number(light.spot_size), "blend": number(light.spot_blend)}
+            scale = [axis.length for axis in matrix.to_3x3().col]
             if max(scale) - min(scale) > 1e-4 * max(scale):
                 note("a spot's cone stretched by its scale: round here")
+    if not np.isfinite(power).all():
+        note("its strength is no finite number: left out")
+        return
     if max(power) <= 0:
         note("emits nothing: left out")
         return
@@ -100,4 +110,14 @@ def export_light(scene_file, instance):
     if min(power) < 0:
         note("negative light is left out")
         entry[entry_power] = numbers(np.clip(power, 0, None))
+    if not light.use_shadow:
+        entry["shadow"] = False
+    # Cycles shows a lamp to rays that find it by chance: those with multiple importance sampling.
+    if obj.visible_camera and light.cycles.use_multiple_importance_sampling and has_extent(entry):
+        entry["camera"] = True
     scene_file.append("lights", entry)
+
+
+def has_extent(entry):
+    """False for a lamp that is one point or direction, which no ray meets."""
+    return entry.get("radius", entry.get("angle")) > 0 if entry["type"] != "area" else True

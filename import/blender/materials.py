@@ -1,373 +1,270 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's materials -> the format's materials.
 
-The shader tree is taken apart into weighted closures (`Closure`); what they add up to is one material of the format
-where the sum is one (diffuse and Phong lobes add up exactly), else the nearest, with a note.
+The shader tree is taken apart into weighted leaves, each of which is written as itself (closures.py). Where that is
+not exact, a second conversion takes what was simplified from pictures baked for the mesh at hand (baking.py).
 """
 from typing import NamedTuple
 
 import numpy as np
 
+import closures
 import nodes
+import normals
 import textures
+from closures import BLACK, WHITE, is_scalar, limits
 from colours import Inputs
 from scenefile import number, numbers
-from textures import Value
+from textures import Value, combine
 
-BLACK, WHITE = Value([0, 0, 0]), Value([1, 1, 1])
-GREY_8 = Value([0.8] * 3)
-SIDES = ("front", "back")
-PHONG_INPUTS = {"Kd", "Ks", "Exponent"}
-# Principled inputs that the format has no word for, and the value that leaves them out.
-LEFT_OUT = {"Subsurface Weight": 0, "Coat Weight": 0, "Sheen Weight": 0,
-            "Anisotropic": 0, "Thin Film Thickness": 0, "Diffuse Roughness": 0}
+EMITTING = {"ShaderNodeEmission": ("Color", "Strength"),
+            "ShaderNodeBsdfPrincipled": ("Emission Color", "Emission Strength")}
+SHADOW_RAY = "Is Shadow Ray"
 
 
-GLOSSY = ("ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfGlossy")
-# Closures that let most light through.
-SEE_THROUGH = {"ShaderNodeBsdfTransparent", "ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
-# Closures that are no surface.
-NO_SURFACE = {"ShaderNodeBackground", "ShaderNodeVolumePrincipled", "ShaderNodeVolumeScatter",
-              "ShaderNodeVolumeAbsorption"}
-# What the format's numbers may be; else 0 .. 1.
-LIMITS = {"exponent": (0, 1e6), "ior": (1, 100), "specular_level": (0, 100), "specular_tint": (0, 100)}
-
-
-class Closure:
-    """One leaf of the shader tree: its node, its weight over the surface, and the sides it is on.
-
-    under: where the node is a glossy coat whose weight is a Fresnel factor, what lies under it; index: its IOR.
-    """
-
-    def __init__(self, ref, weight, sides, under=None, index=None):
-        self.ref, self.weight, self.sides, self.under, self.index = ref, weight, sides, under, index
+class Leaf(NamedTuple):
+    """A leaf of the shader tree; its weight is the product of a Value over the surface and one by the angle."""
+    ref: nodes.Ref
+    weight: Value
+    by_angle: Value
 
 
 class Exported(NamedTuple):
     index: int  # in the format's materials
-    uv_layers: set  # names of the UV maps that its textures use
-    see_through: bool  # most light goes through, which the format cannot say: its faces are left out
+    uv_layer: str  # name of the UV map that its textures use; "" is the one that renders
+    shadow: bool  # False where the artist's nodes let all light through to shadow rays
+
+
+class Converted:
+    """A material before it is stored: entry, with Values in it, what was noted and what baking would mend."""
+
+    def __init__(self, material, baker=None):
+        self.notes, self.simplified = [], []
+        self.shadow = True
+        self.inputs = Inputs(lambda *what: self.notes.append(what), lambda *what: self.simplified.append(what), baker)
+        try:
+            self.entry = convert(material, self.inputs)
+            self.shadow = not shadow_free(material)
+        except Exception as error:  # an odd node must not stop the export of all others
+            if baker is not None:
+                raise
+            self.notes.append((f"could not be read ({error!r}): a grey diffuse one is used", None))
+            self.entry = {"closures": [{"type": "diffuse", "colour": closures.GREY_8}]}
 
 
 class Materials:
-    """Exports each material once."""
+    """Exports each material once, and once for each mesh where it is baked."""
 
     def __init__(self, scene_file):
         self.scene_file = scene_file
         self.images = {}
+        self.converted = {}
         self.exported = {}
+
+    def convert(self, material):
+        key = material.original.name_full if material else None
+        if key not in self.converted:
+            self.converted[key] = Converted(material)
+        return self.converted[key]
+
+    def wants_baking(self, material):
+        return bool(self.convert(material).simplified)
 
     def export(self, material, object_name):
         """Returns the Exported of a material, or of an empty slot."""
+        converted = self.convert(material)
         key = material.original.name_full if material else None
         if key not in self.exported:
-            converter = Converter(self, material, object_name)
-            try:
-                entry = converter.convert()
-            except Exception as error:  # an odd node must not stop the export of all others
-                converter.note(f"could not be read ({error!r}): a grey diffuse one is used", None)
-                entry = {"type": "diffuse", "colour": [0.8] * 3}
-            index = self.scene_file.add("materials", {"name": key or "Default", **entry})
-            self.exported[key] = Exported(index, converter.inputs.uv_layers, converter.see_through)
+            name = material.original.name if material else None
+            converted.notes += converted.simplified
+            self.exported[key] = self.store(converted, key or "Default", name, object_name)
         return self.exported[key]
 
+    def export_baked(self, material, object_name, baker):
+        """The Exported of a material for one mesh, whose UV map for it is the baker's."""
+        converted = Converted(material.original, baker)
+        size = "{} x {}".format(*baker.size)
+        converted.notes += [(f"baked to a picture of {size} pixels", node)
+                            for node in dict.fromkeys(node for _, node in self.convert(material).simplified)]
+        name = material.original.name
+        return self.store(converted, f"{name} on {object_name}", name, object_name)._replace(uv_layer=baker.uv_layer)
 
-class Converter:
-    def __init__(self, materials, material, object_name):
-        self.materials, self.material, self.object_name = materials, material, object_name
-        self.inputs = Inputs(self.note)
-        self.see_through = False
+    def store(self, converted, name, material_name, object_name):
+        for text, node in converted.notes:
+            self.scene_file.note(text, object=object_name, material=material_name, node=node)
 
-    def note(self, text, node):
-        self.materials.scene_file.note(text, object=self.object_name,
-                                       material=self.material.original.name_full if self.material else None, node=node)
-
-    def convert(self):
-        material = self.material
-        if material is None:
-            return {"type": "diffuse", "colour": [0.8] * 3}  # Cycles' own default
-        if not material.use_nodes or material.node_tree is None:
-            return {"type": "diffuse", "colour": numbers(material.diffuse_color[:3])}
-        output = material.node_tree.get_output_node("CYCLES")
-        if output is None:
-            return {"type": "diffuse", "colour": [0, 0, 0]}
-        for name in ("Volume", "Displacement"):
-            if nodes.source(nodes.Ref(output.inputs[name])).socket.is_output:
-                self.note(f"{name.lower()} is left out", output.name)
-        closures = []
-        self.collect(nodes.Ref(output.inputs["Surface"]), WHITE, SIDES, closures)
-        emission, sides = self.emission(closures)
-        front = [c for c in closures if "front" in c.sides and not is_emission(c)]
-        through = sum(self.transparency(c) for c in front)
-        self.see_through = through > 0.5 and emission.max() == 0
-        if self.see_through:
-            self.note("lets most light through: its faces are left out", None)
-            return {"type": "diffuse", "colour": [0, 0, 0]}
-        if through > 0:
-            self.note("transparency is left out: opaque", None)
-        entry = self.reflection([c for c in front if c.ref.node.bl_idname not in SEE_THROUGH])
-        if emission.max() > 0:
-            entry |= {"emission": numbers(emission), "emission_sides": sides}
-        return entry
-
-    def collect(self, ref, weight, sides, closures):
-        """Takes the shader tree at an input apart."""
-        origin = nodes.source(ref)
-        if not origin.socket.is_output or (weight.constant and weight.data.max() == 0):
-            return
-        node = origin.node
-        if node.bl_idname == "ShaderNodeAddShader":
-            for shader in shaders(origin):
-                self.collect(shader, weight, sides, closures)
-        elif node.bl_idname == "ShaderNodeMixShader":
-            first, second = shaders(origin)
-            factor = origin.input("Fac") or origin.inputs()[0]
-            what = nodes.source(factor)
-            if what.socket.is_output and what.socket.name == "Backfacing" and sides == SIDES:
-                self.collect(first, weight, ("front",), closures)
-                self.collect(second, weight, ("back",), closures)
-                return
-            if what.socket.is_output and self.collect_coat(what, first, second, weight, sides, closures):
-                return
-            share = self.inputs.value(factor)
-            share = self.inputs.combine(factor, lambda x: x.clip(0, 1), share)
-            rest = self.inputs.combine(factor, lambda x, w: (1 - x) * w, share, weight)
-            share = self.inputs.combine(factor, lambda x, w: x * w, share, weight)
-            self.collect(first, rest, sides, closures)
-            self.collect(second, share, sides, closures)
-        else:
-            closures.append(Closure(origin, weight, sides))
-
-    def collect_coat(self, factor, first, second, weight, sides, closures):
-        """A glossy closure mixed over another by its Fresnel factor is what Principled calls its specular layer."""
-        under, coat = nodes.source(first), nodes.source(second)
-        if (factor.node.bl_idname not in ("ShaderNodeFresnel", "ShaderNodeLayerWeight")
-                or factor.socket.name == "Facing" or not under.socket.is_output or not coat.socket.is_output
-                or under.node.bl_idname != "ShaderNodeBsdfDiffuse" or coat.node.bl_idname not in GLOSSY):
-            return False
-        if factor.node.bl_idname == "ShaderNodeFresnel":
-            index = self.inputs.number(factor.input("IOR"))
-        else:
-            index = 1 / max(1e-3, 1 - min(1, self.inputs.number(factor.input("Blend"))))
-        closures.append(Closure(coat, weight, sides, under, index))
-        return True
-
-    def transparency(self, closure):
-        """The share of light that goes through a closure, by its weight."""
-        ref, weight = closure.ref, float(closure.weight.mean().mean())
-        if ref.node.bl_idname in SEE_THROUGH:
-            return weight * float(self.inputs.value(ref.input("Color")).mean().mean() > 0)
-        if ref.node.bl_idname == "ShaderNodeBsdfPrincipled":
-            alpha = float(self.inputs.value(ref.input("Alpha")).mean().mean())
-            transmission = float(self.inputs.value(ref.input("Transmission Weight")).mean().mean())
-            metallic = float(self.inputs.value(ref.input("Metallic")).mean().mean())
-            return weight * (1 - min(1, alpha) * (1 - transmission * (1 - metallic)))
-        return 0
-
-    def emission(self, closures):
-        """Radiance of all emitting closures and the sides it leaves."""
-        total = {side: np.zeros(3) for side in SIDES}
-        for closure in closures:
-            radiance = self.radiance(closure)
-            for side in closure.sides:
-                total[side] += radiance
-        if (total["back"] == total["front"]).all():
-            return total["front"].clip(0), "both"
-        if total["back"].max() > 0:
-            self.note("emission that differs on the back: the front's is used there, too" if total["front"].max() > 0
-                      else "emission on the back alone: on both sides here", None)
-            return np.maximum(total["front"], total["back"]), "both"
-        return total["front"].clip(0), "front"
-
-    def radiance(self, closure):
-        ref = closure.ref
-        if ref.socket.type != "SHADER":  # a colour on the Surface output emits itself
-            radiance = self.inputs.output(ref)
-        elif ref.node.bl_idname == "ShaderNodeEmission":
-            radiance = self.product(ref, "Color", "Strength")
-        elif ref.node.bl_idname == "ShaderNodeBsdfPrincipled":
-            radiance = self.product(ref, "Emission Color", "Emission Strength")
-        else:
-            return np.zeros(3)
-        radiance = self.inputs.combine(ref, lambda r, w: r * w, radiance, closure.weight)
-        if not radiance.constant:
-            self.note("emission from a texture is replaced by its mean", nodes.name(ref))
-        return radiance.mean().astype(float)
-
-    def product(self, ref, colour, strength):
-        strength = self.inputs.value(ref.input(strength))
-        if strength.constant and strength.data.max() == 0:
-            return BLACK
-        return self.inputs.combine(ref, lambda c, s: c * s, self.inputs.value(ref.input(colour)), strength)
-
-    def reflection(self, closures):
-        """One material for what reflects."""
-        known = {"ShaderNodeBsdfDiffuse": self.diffuse, "ShaderNodeBsdfPrincipled": self.principled,
-                 "ShaderNodeBsdfMetallic": self.metallic, **dict.fromkeys(GLOSSY, self.glossy)}
-        parts = []
-        for closure in closures:
-            ref = closure.ref
-            if closure.under:
-                part = self.coated(closure)
-            elif is_phong(ref.node):
-                part = self.phong(ref)
-            elif ref.node.bl_idname in NO_SURFACE:
-                self.note(f"{ref.node.bl_label} is no surface: left out", nodes.name(ref))
-                continue
-            else:
-                part = known.get(ref.node.bl_idname, self.nearest)(ref)
-            parts.append((closure, part))
-        if not parts:
-            return {"type": "diffuse", "colour": [0, 0, 0]}
-        kinds = {part["type"] for _, part in parts}
-        if "principled" in kinds:
-            return self.store(self.sum_principled(parts))
-        return self.store(self.sum_lobes(parts))
-
-    def diffuse(self, ref):
-        if self.inputs.number(ref.input("Roughness")) > 0:
-            self.note("Oren-Nayar roughness is left out", nodes.name(ref))
-        self.unlinked(ref, "Normal")
-        return {"type": "diffuse", "colour": self.inputs.value(ref.input("Color"))}
-
-    def phong(self, ref):
-        return {"type": "phong", "kd": self.inputs.value(ref.input("Kd")), "ks": self.inputs.value(ref.input("Ks")),
-                "exponent": self.inputs.value(ref.input("Exponent"))}
-
-    def principled(self, ref):
-        for name, neutral in LEFT_OUT.items():
-            entry = ref.input(name)
-            if entry and (nodes.source(entry).socket.is_output or self.inputs.number(entry) != neutral):
-                self.note(f"{name} is left out", nodes.name(ref))
-        self.unlinked(ref, "Normal")
-        value, constant = self.inputs.value, self.inputs.constant
-        return {"type": "principled", "base_colour": value(ref.input("Base Color")),
-                "metallic": value(ref.input("Metallic")), "roughness": value(ref.input("Roughness")),
-                "ior": constant(ref.input("IOR")), "specular_level": constant(ref.input("Specular IOR Level")),
-                "specular_tint": constant(ref.input("Specular Tint"))}
-
-    def metal(self, ref, colour, tint):
-        self.unlinked(ref, "Normal")
-        anisotropy = ref.input("Anisotropy")
-        if anisotropy and self.inputs.number(anisotropy) != 0:
-            self.note("anisotropy is left out", nodes.name(ref))
-        return {"type": "principled", "base_colour": self.inputs.value(ref.input(colour)), "metallic": WHITE,
-                "roughness": self.inputs.value(ref.input("Roughness")), "ior": Value([1.5] * 3),
-                "specular_level": Value([0.5] * 3), "specular_tint": tint}
-
-    def glossy(self, ref):
-        self.note("Glossy BSDF is replaced by a metal, which is brighter at grazing angles", nodes.name(ref))
-        return self.metal(ref, "Color", WHITE)
-
-    def metallic(self, ref):
-        if ref.node.fresnel_type != "F82":
-            self.note("physical conductor: its F82 colours are used", nodes.name(ref))
-        return self.metal(ref, "Base Color", self.inputs.constant(ref.input("Edge Tint")))
-
-    def coated(self, closure):
-        ref = closure.ref
-        self.note("Diffuse and Glossy mixed by Fresnel are replaced by Principled", nodes.name(ref))
-        return {"type": "principled", "base_colour": self.diffuse(closure.under)["colour"], "metallic": BLACK,
-                "roughness": self.inputs.value(ref.input("Roughness")), "ior": Value([closure.index] * 3),
-                "specular_level": Value([0.5] * 3), "specular_tint": self.inputs.constant(ref.input("Color"))}
-
-    def unlinked(self, ref, name):
-        entry = ref.input(name)
-        if entry and nodes.source(entry).socket.is_output:
-            self.note(f"{name.lower()} map ({nodes.source(entry).node.bl_label}) is left out", nodes.name(ref))
-
-    def nearest(self, ref):
-        """A reflecting material for a node that the format has no word for."""
-        node = ref.node
-        colour = ref.input("Color") or ref.input("Base Color")
-        colour = self.inputs.value(colour) if colour else BLACK if node.bl_idname == "ShaderNodeHoldout" else GREY_8
-        self.note(f"{node.bl_label} is replaced by Diffuse", nodes.name(ref))
-        return {"type": "diffuse", "colour": colour}
-
-    def sum_lobes(self, parts):
-        """Diffuse and Phong lobes add up; two exponents become one."""
-        total = {"kd": BLACK, "ks": BLACK, "exponent": None}
-        for closure, part in parts:
-            def add(name, value):
-                if total[name] is BLACK and closure.weight is WHITE:
-                    total[name] = value  # a picture stays its file
-                    return
-                total[name] = self.inputs.combine(closure.ref, lambda t, v, w: t + v * w, total[name], value,
-                                                  closure.weight)
-            add("kd", part["colour"] if part["type"] == "diffuse" else part["kd"])
-            if part["type"] == "phong":
-                add("ks", part["ks"])
-                if total["exponent"] is None:
-                    total["exponent"] = part["exponent"]
-                elif not same(total["exponent"], part["exponent"]):
-                    self.note("two exponents are mixed: the first one is used", nodes.name(closure.ref))
-        if total["exponent"] is None:
-            return {"type": "diffuse", "colour": total["kd"]}
-        return {"type": "phong", **total}
-
-    def sum_principled(self, parts):
-        """The mean of the parts' parameters, by weight."""
-        if len(parts) == 1 and same(parts[0][0].weight, WHITE):
-            return parts[0][1]
-        self.note("a mix of shaders is replaced by one Principled of their mean parameters", None)
-        parts = [(closure, as_principled(part)) for closure, part in parts]
-        mean = {"type": "principled"}
-        for name in ("base_colour", "metallic", "roughness", "ior", "specular_level", "specular_tint"):
-            having = [(closure, part[name]) for closure, part in parts if name in part]
-            # Where no weight is, any value will do: a small one keeps the quotient finite.
-            def weighted(*v):
-                weights = [w + 1e-6 for w in v[len(v) // 2:]]
-                return sum(w * x for w, x in zip(weights, v)) / sum(weights)
-            mean[name] = self.inputs.combine(having[0][0].ref, weighted, *(value for _, value in having),
-                                             *(closure.weight for closure, _ in having))
-            if name in ("ior", "specular_level", "specular_tint"):
-                mean[name] = Value(mean[name].mean())
-        return mean
-
-    def store(self, material):
-        """Values -> the format's numbers and textures."""
-        scalars = {"exponent", "metallic", "roughness", "ior", "specular_level"}
-        entry = {}
-        for name, value in material.items():
+        def stored(value, *place):
+            if isinstance(value, list):
+                return [stored(item, *place) for item in value]
+            if isinstance(value, dict):
+                return {key: stored(item, *place, key) for key, item in value.items()}
             if not isinstance(value, Value):
-                entry[name] = value
-            elif not value.constant:
-                stem = f"{self.material.original.name}-{name}"
-                if value.image is None:
-                    value = Value(value.data.clip(0, LIMITS.get(name, (0, 1))[1]), value.placement)
-                entry[name] = {"texture": textures.export_texture(self.materials.scene_file, value,
-                                                                  self.materials.images, stem)}
+                return number(value) if isinstance(value, float) else value
+            low, high = limits(place[-1])
+            data = None if value.image is not None else value.data.clip(low, high)
+            if not value.constant:
+                kept = value if data is None else Value(data, value.placement)
+                stem = "-".join([material_name or "Default", *place])
+                index = textures.export_texture(self.scene_file, kept, self.images, stem)
+                return index if place[0] == "normal" else {"texture": index}
+            if (data != value.data).any():
+                self.scene_file.note(f"{place[-1]} is limited to {low:g} .. {high:g}", object=object_name,
+                                     material=material_name)
+            return number(data[0]) if is_scalar(place) else numbers(data)
+
+        entry = stored(converted.entry)
+        index = self.scene_file.add("materials", {"name": name, **entry})
+        layer = min(converted.inputs.uv_layers, default="")
+        return Exported(index, layer, converted.shadow)
+
+
+def convert(material, inputs):
+    """A material's entry in the format, with Values in it."""
+    if material is None:
+        return {"closures": [{"type": "diffuse", "colour": closures.GREY_8}]}  # Cycles' own default
+    if not material.use_nodes or material.node_tree is None:
+        return {"closures": [{"type": "diffuse", "colour": Value(material.diffuse_color[:3])}]}
+    output = material.node_tree.get_output_node("CYCLES")
+    if output is None:
+        return {"closures": []}
+    if nodes.source(nodes.Ref(output.inputs["Volume"])).socket.is_output:
+        inputs.note("volume is left out", output.name)
+    leaves = []
+    collect(inputs, nodes.Ref(output.inputs["Surface"]), WHITE, WHITE, leaves)
+    entry = {"closures": [part for leaf in leaves if not only_shines(leaf) for part in weighted(inputs, leaf)]}
+    entry |= emission(inputs, leaves)
+    if entry["closures"]:
+        bent = bent_normal(material, inputs, nodes.Ref(output.inputs["Displacement"]), leaves)
+        if bent:
+            entry["normal"] = bent
+    return entry
+
+
+def collect(inputs, ref, weight, by_angle, leaves):
+    """Takes the shader tree at an input apart."""
+    origin = nodes.source(ref)
+    if not origin.socket.is_output or any(w.constant and w.data.max() == 0 for w in (weight, by_angle)):
+        return
+    node = origin.node
+    shaders = [nodes.Ref(socket, origin.groups) for socket in node.inputs if socket.type == "SHADER"]
+    if node.bl_idname == "ShaderNodeAddShader":
+        for shader in shaders:
+            collect(inputs, shader, weight, by_angle, leaves)
+    elif node.bl_idname == "ShaderNodeMixShader":
+        factor = origin.input("Fac") or origin.inputs()[0]
+        share = combine(lambda x: x.clip(0, 1), inputs.surface(factor))
+        for shader, part in zip(shaders, (combine(lambda x: 1 - x, share), share)):
+            if part.by_angle:
+                collect(inputs, shader, weight, times(inputs, factor, by_angle, part), leaves)
             else:
-                low, high = LIMITS.get(name, (0, 1))
-                data = value.data.clip(low, high)
-                if (data != value.data).any():
-                    self.note(f"{name} is limited to {low:g} .. {high:g}", None)
-                entry[name] = number(data[0]) if name in scalars else numbers(data)
-        return entry
+                collect(inputs, shader, times(inputs, factor, weight, part), by_angle, leaves)
+    else:
+        leaves.append(Leaf(origin, weight, by_angle))
 
 
-def shaders(ref):
-    return [nodes.Ref(socket, ref.groups) for socket in ref.node.inputs if socket.type == "SHADER"]
+def times(inputs, ref, a, b):
+    """The product; a picture stays its file where the other is 1."""
+    if a.constant and (a.data == 1).all():
+        return b
+    if b.constant and (b.data == 1).all():
+        return a
+    return inputs.combine(ref, lambda x, y: x * y, a, b)
 
 
-def is_emission(closure):
-    return closure.ref.socket.type != "SHADER" or closure.ref.node.bl_idname == "ShaderNodeEmission"
+def only_shines(leaf):
+    return leaf.ref.socket.type != "SHADER" or leaf.ref.node.bl_idname == "ShaderNodeEmission"
 
 
-def is_phong(node):
-    return PHONG_INPUTS <= {socket.name for socket in node.inputs}
+def weighted(inputs, leaf):
+    """The closures of a leaf with their weights and sides."""
+    ref = leaf.ref
+    for closure, share in closures.closures(inputs, ref):
+        weight, by_angle = leaf.weight, leaf.by_angle
+        if share is not None and share.by_angle:
+            by_angle = times(inputs, ref, by_angle, share)
+        elif share is not None:
+            weight = times(inputs, ref, weight, share)
+        if not (weight.constant or by_angle.constant):
+            if closure["type"] != "principled":  # its colour takes one of two factors that no one texture holds
+                for name in {"colour", "kd", "ks"} & closure.keys():
+                    closure[name] = times(inputs, ref, closure[name], weight)
+                weight = WHITE
+        weight, sides = one_sided(times(inputs, ref, weight, by_angle))
+        if weight.constant and weight.data.max() == 0:
+            continue
+        placed = {} if weight.constant and (weight.data == 1).all() else {"weight": weight}
+        yield {"type": closure.pop("type"), **placed, **({} if sides == "both" else {"sides": sides}), **closure}
 
 
-def same(a, b):
-    return a.constant and b.constant and bool((a.data == b.data).all())
+def one_sided(value):
+    """(what is left of a Value, the sides that it is on): one that depends on the side alone is a number."""
+    if not value.by_angle:
+        return value, "both"
+    front, back = value.data
+    sides = "back" if front.max() == 0 else "front" if back.max() == 0 else "both"
+    curve = back if sides == "back" else front
+    if (curve == curve[0]).all() and (sides != "both" or (front == back).all()):
+        return Value(curve[0]), sides
+    return value, "both"
 
 
-def as_principled(part):
-    """A diffuse or Phong lobe as Principled, whose GGX roughness has the width of cos^n."""
-    if part["type"] == "principled":
-        return part
-    diffuse = {"base_colour": part.get("colour", part.get("kd")), "metallic": BLACK, "specular_level": BLACK}
-    if part["type"] == "phong":
-        exponent = part["exponent"].mean().mean()
-        diffuse |= {"roughness": Value([(2 / (exponent + 2)) ** 0.25] * 3), "specular_level": Value([0.5] * 3)}
-    return diffuse
+def emission(inputs, leaves):
+    """Radiance of all emitting leaves and the sides it leaves."""
+    total, where = BLACK, None
+    for leaf in leaves:
+        radiance = emitted(inputs, leaf.ref)
+        if radiance.constant and radiance.data.max() == 0:
+            continue
+        radiance = times(inputs, leaf.ref, times(inputs, leaf.ref, radiance, leaf.weight), leaf.by_angle)
+        where = leaf.ref
+        total = radiance if total is BLACK else inputs.combine(leaf.ref, lambda a, b: a + b, total, radiance)
+    total, sides = one_sided(total)
+    if where is None or (total.constant and total.data.max() <= 0):
+        return {}
+    return {"emission": total, "emission_sides": sides}
+
+
+def emitted(inputs, ref):
+    if ref.socket.type != "SHADER":  # a colour on the Surface output emits itself
+        return inputs.output(ref) if inputs.baker is None else inputs.baker.value(ref)
+    if ref.node.bl_idname not in EMITTING:
+        return BLACK
+    colour, strength = EMITTING[ref.node.bl_idname]
+    strength = inputs.surface(ref.input(strength))
+    if strength.constant and strength.data.max() == 0:
+        return BLACK
+    return times(inputs, ref, inputs.surface(ref.input(colour)), strength)
+
+
+def bent_normal(material, inputs, displacement, leaves):
+    """One normal for the material: the first that a node or, as bump, its displacement gives."""
+    bends = [bend for leaf in leaves if (bend := normals.find(leaf.ref))]
+    moved = nodes.source(displacement)
+    if moved.socket.is_output:
+        if material.displacement_method == "DISPLACEMENT":
+            inputs.note("displacement is left out", nodes.name(moved))
+        else:
+            if material.displacement_method == "BOTH":
+                inputs.note("displacement is bump alone", nodes.name(moved))
+            bends.append(moved)
+    if not bends:
+        return None
+    for other in bends[1:]:
+        if not normals.same(bends[0], other):
+            inputs.note("another normal than the first of the material is left out", nodes.name(other))
+    return normals.normal(inputs, bends[0])
+
+
+def shadow_free(material):
+    """True where shadow rays see nothing but clear transparency: a Mix by Light Path's Is Shadow Ray, as a rule."""
+    if material is None or not material.use_nodes or not any(
+            node.bl_idname == "ShaderNodeLightPath" for node in material.node_tree.nodes):
+        return False
+    output = material.node_tree.get_output_node("CYCLES")
+    leaves = []
+    if output:
+        silent = Inputs(lambda *what: None, rays=(SHADOW_RAY,))
+        collect(silent, nodes.Ref(output.inputs["Surface"]), WHITE, WHITE, leaves)
+    return bool(leaves) and all(
+        leaf.ref.node.bl_idname == "ShaderNodeBsdfTransparent"
+        and silent.value(leaf.ref.input("Color")).mean().min() > 0.99 for leaf in leaves)

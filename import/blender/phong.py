@@ -9,18 +9,13 @@ bytecode travels inside the node. The exporter knows the node by its inputs Kd, 
 import hashlib
 import os
 import re
-import sys
 
 import bpy
 import cycles.osl  # Blender's add-on, there once bpy is
 
-SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "phong.osl")
+import bundled  # noqa: F401  oslquery, with which Blender compiles scripts
 
-# Blender compiles scripts with its own package oslquery, which the bpy wheel keeps off the path.
-BUNDLED = os.path.join(bpy.utils.resource_path("LOCAL"), "python", "lib",
-                       f"python{sys.version_info.major}.{sys.version_info.minor}", "site-packages")
-if BUNDLED not in sys.path:
-    sys.path.append(BUNDLED)
+SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "phong.osl")
 
 
 def node(tree):

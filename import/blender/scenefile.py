@@ -10,6 +10,7 @@ Views, images, textures, materials and meshes that are equal are stored once.
 """
 import hashlib
 import json
+import math
 import os
 import shutil
 import tempfile
@@ -123,6 +124,7 @@ class SceneFile:
         """Writes scene.json and puts the folder in its place."""
         try:
             self.buffer.close()
+            self._make_finite()
             self.top["buffer"] = {"file": "scene.bin", "bytes": self.bytes}
             with open(os.path.join(self.temporary, "scene.json"), "w", encoding="utf-8", errors="replace") as file:
                 file.write(self._json())
@@ -136,6 +138,20 @@ class SceneFile:
                 os.rename(self.temporary, self.folder)
         except OSError as error:
             raise SceneFileError(f"{self.folder}: cannot be written: {error.strerror}") from error
+
+    def _make_finite(self):
+        """Puts 0 for each number that JSON has no word for, with a note."""
+        def finite(value, name):
+            if isinstance(value, dict):
+                return {key: finite(item, value.get("name", name)) for key, item in value.items()}
+            if isinstance(value, list):
+                return [finite(item, name) for item in value]
+            if isinstance(value, float) and not math.isfinite(value):
+                self.note("a number that is not finite is 0 here", object=name)
+                return 0
+            return value
+        self.top = finite(self.top, None)
+        self.lists = {name: finite(entries, None) for name, entries in self.lists.items()}
 
     def _json(self):
         """One entry of a list a line: readable, and a diff shows what changed."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's images and colour nodes -> the format's images and textures.
 
-A `Value` is what a colour or number socket holds over the surface: a constant, a checker of two colours, or a picture.
-The colour nodes that work on each point by itself (colours.py) work on any of the three.
+A `Value` is what a colour or number socket holds over the surface: a constant, a checker of two colours, a picture, or
+what depends on the viewer's angle. The colour nodes that work on each point by itself (colours.py) work on any of them.
 """
 import os
 
@@ -17,7 +17,9 @@ LUMINANCE = np.float32([0.2126, 0.7152, 0.0722])  # Blender's colour -> number
 KEPT_FORMATS = {b"\x89PNG\r\n\x1a\n": ".png", b"\xff\xd8\xff": ".jpg", b"\x76\x2f\x31\x01": ".exr",
                 b"#?RADIANCE": ".hdr", b"#?RGBE": ".hdr"}
 INTERPOLATIONS = {"Linear": "linear", "Closest": "closest"}
-EXTENSIONS = {"REPEAT": "repeat", "EXTEND": "extend", "CLIP": "clip"}
+EXTENSIONS = {"REPEAT": "repeat", "EXTEND": "extend", "CLIP": "clip", "MIRROR": "mirror"}
+
+ANGLE = {"type": "angle"}  # the placement of what depends on the viewer's angle alone
 
 # Where a picture of the UV square lies, and the greatest side that one is made with.
 LAID = {"type": "image", "interpolation": "linear", "extension": "repeat", "uv_transform": [1, 0, 0, 0, 1, 0]}
@@ -25,48 +27,55 @@ LAID_SIZE = 2048
 
 
 class Value:
-    """data: rgb of a constant (3,), of a checker (2, 3), of a picture (h, w, 3), bottom row first; linear Rec. 709.
+    """data: rgb of a constant (3,), of a checker (2, 3), of a picture (h, w, 3), bottom row first, of what depends on
+    the angle (2, n, 3): seen from the front and from the back, at |cos| = k/(n - 1); linear Rec. 709.
 
-    image: the picture while it is still what its file holds (data is then read when asked for).
+    image: the picture while it is still what its file holds (data is then read when asked for); alpha: its alpha alone.
     placement: where a checker or picture lies, the keys of the format's texture; None for a constant.
     """
 
-    def __init__(self, data=None, placement=None, image=None):
+    def __init__(self, data=None, placement=None, image=None, alpha=False):
         self._data = None if data is None else np.asarray(data, np.float32)
         self.placement = placement
         self.image = image
+        self.alpha = alpha
 
     @property
     def constant(self):
         return self.placement is None
 
     @property
+    def by_angle(self):
+        return self.placement is ANGLE
+
+    @property
     def data(self):
         if self._data is None:
-            self._data = pixels(self.image)[..., :3]
+            rgba = pixels(self.image)
+            self._data = np.repeat(rgba[..., 3:], 3, axis=2) if self.alpha else rgba[..., :3]
         return self._data
 
     def mean(self):
-        """Its mean colour over the plane."""
+        """Its mean colour over the plane, or over the directions."""
         return self.data.reshape(-1, 3).mean(axis=0)
 
 
 def combine(function, *values):
-    """function of the values at each point, as a Value; None where pictures that lie differently meet."""
+    """function of the values at each point, as a Value; None where ones that lie differently meet."""
     placed = [value for value in values if not value.constant]
     shapes = {value.data.shape for value in placed}
     if len(shapes) > 1 or any(value.placement != placed[0].placement for value in placed):
         return None
-    data = [value.data for value in values]
-    result = np.asarray(function(*data), np.float32)
+    with np.errstate(all="ignore"):  # an artist's nodes may divide by nothing
+        result = np.asarray(function(*(value.data for value in values)), np.float32)
     if placed:
         result = np.broadcast_to(result, placed[0].data.shape)
-    return Value(result, placed[0].placement if placed else None)
+    return Value(np.nan_to_num(result), placed[0].placement if placed else None)
 
 
 def laid(values):
     """Checkers and pictures of the UV plane as pictures of its square 0 .. 1, all of one size; None for other ones."""
-    if any("rotation" in value.placement for value in values):
+    if any(value.by_angle or "rotation" in value.placement for value in values):
         return None
     matrices = [np.reshape(value.placement["uv_transform"], (2, 3)) for value in values]
     size = [0, 0]
@@ -90,6 +99,8 @@ def sample(value, u, v):
     inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
     if value.placement["extension"] == "repeat":
         x, y = x % width, y % height
+    elif value.placement["extension"] == "mirror":
+        x, y = (np.minimum(i % (2 * n), 2 * n - 1 - i % (2 * n)) for i, n in ((x, width), (y, height)))
     found = value.data[y.clip(0, height - 1), x.clip(0, width - 1)]
     return np.where(inside[..., None], found, 0) if value.placement["extension"] == "clip" else found
 
@@ -119,6 +130,11 @@ def pixels(image):
     if not is_linear_in_memory(image) and colour_space(image) == "srgb":
         data[..., :3] = srgb_to_linear(data[..., :3])
     return data
+
+
+def has_alpha(image):
+    """True where some pixel isn't opaque."""
+    return image.channels == 4 and image.alpha_mode != "NONE" and bool(raw_pixels(image)[..., 3].min() < 1)
 
 
 def colour_space(image):
@@ -188,7 +204,7 @@ def save(image, path):
     """Writes an image that is in memory alone, in its own colour space. A copy of the data block would lose what was
     painted on it; Image.save would encode linear floats as sRGB in an EXR."""
     if image.is_float:
-        save_pixels(raw_pixels(image)[..., :3], path)
+        save_pixels(raw_pixels(image), path)
         return
     kept = image.file_format
     image.file_format = "PNG"
@@ -197,11 +213,11 @@ def save(image, path):
 
 
 def save_pixels(data, path):
-    """Writes linear rgb (h, w, 3), bottom row first, as EXR."""
+    """Writes linear rgb or rgba (h, w, 3 or 4), bottom row first, as EXR."""
     height, width = data.shape[:2]
-    image = bpy.data.images.new("burnish", width, height, float_buffer=True, is_data=True)
+    image = bpy.data.images.new("burnish", width, height, alpha=data.shape[2] == 4, float_buffer=True, is_data=True)
     rgba = np.ones((height, width, 4), np.float32)
-    rgba[..., :3] = data
+    rgba[..., :data.shape[2]] = data
     image.pixels.foreach_set(rgba.ravel())
     image.file_format = "OPEN_EXR"
     image.save(filepath=path)
@@ -209,7 +225,11 @@ def save_pixels(data, path):
 
 
 def export_texture(scene_file, value, exported, stem):
-    """Adds a checker or picture as a texture; returns its index. stem names a picture that nodes have changed."""
+    """Adds a Value that isn't constant; returns its texture's index. stem names a picture that nodes have changed."""
+    if value.by_angle:
+        front, back = (scene_file.add_view(side, "float3") for side in value.data)
+        other = {} if back == front else {"back": back}
+        return scene_file.add("textures", {"type": "angle", "front": front, **other})
     placement = {key: item for key, item in value.placement.items() if key != "rotation"}
     if placement["type"] == "checker":
         return scene_file.add("textures", {**placement, "colour1": numbers(value.data[0]),
@@ -223,4 +243,5 @@ def export_texture(scene_file, value, exported, stem):
             save_pixels(value.data, path)
             exported[key] = scene_file.add("images", {"file": file, "colour_space": "linear"})
         image = exported[key]
-    return scene_file.add("textures", {**placement, "image": image})
+    channel = {"channel": "alpha"} if value.alpha else {}
+    return scene_file.add("textures", {**placement, "image": image, **channel})

@@ -10,6 +10,7 @@ import bpy
 import numpy
 
 import geometry
+import placement
 
 MAX_FACES = 1_000_000  # of one mesh after Subsurf
 EDGE_PIXELS = 1        # length of an edge that Subsurf levels are raised to
@@ -38,17 +39,22 @@ OBJECT = {
 LIGHT = {"cycles.max_bounces": 1024, "cycles.is_caustics_light": False}
 DENOISING = {
     "cycles.use_denoising": True, "cycles.denoiser": "OPENIMAGEDENOISE", "cycles.denoising_use_gpu": False,
-    "cycles.denoising_input_passes": "RGB_ALBEDO_NORMAL", "cycles.denoising_prefilter": "ACCURATE",
-    "cycles.denoising_quality": "HIGH",
+    "cycles.denoising_input_passes": "RGB_ALBEDO_NORMAL",
 }
+GUIDING = {"cycles.use_guiding": True, "cycles.use_surface_guiding": True, "cycles.guiding_training_samples": 128}
 
 
-def settings(scene, denoise, changes):
-    """Every biasing setting of the scene, its objects and its lights off; one view layer, named ViewLayer."""
+def settings(scene, denoise, guiding, changes):
+    """Every biasing setting of the scene, its objects and its lights off; one view layer, named ViewLayer. denoise:
+    None or "QUALITY,PREFILTER" in Cycles' words."""
     if scene.render.engine != "CYCLES":
         changes.append(f"render.engine: {scene.render.engine} -> CYCLES")
         scene.render.engine = "CYCLES"
-    changes += _apply(scene, SCENE | DENOISING if denoise else SCENE)
+    wanted = SCENE | GUIDING if guiding else SCENE
+    if denoise:
+        quality, prefilter = denoise.upper().split(",")
+        wanted = wanted | DENOISING | {"cycles.denoising_quality": quality, "cycles.denoising_prefilter": prefilter}
+    changes += _apply(scene, wanted)
 
     many = collections.Counter()
     for thing in scene.objects:
@@ -100,7 +106,7 @@ def subsurf(scene, changes):
     width = max(corner.x for corner in frame) - min(corner.x for corner in frame)
     orthographic = scene.camera.data.type == "ORTHO"
     pixels = scene.render.resolution_x * scene.render.resolution_percentage / 100 / width  # of a metre in the frame
-    to_camera = scene.camera.evaluated_get(depsgraph).matrix_world.inverted()
+    to_camera = placement.rigid(scene.camera.evaluated_get(depsgraph).matrix_world).inverted()
 
     length, corners = collections.Counter(), {}
     for instance in depsgraph.object_instances:
@@ -111,7 +117,7 @@ def subsurf(scene, changes):
             edge = numpy.linalg.norm(edges[:, 0] - edges[:, 1], axis=1)
             if not orthographic:
                 edge *= -frame[0].z / numpy.linalg.norm(edges, axis=2).min(axis=1)
-            length[name] = max(length[name], pixels * float(edge.max(initial=0)))
+            length[name] = max(length[name], pixels * float(numpy.nan_to_num(edge).max(initial=0)))
             corners[name] = len(mesh.loops)
 
     for name, modifier in found.items():

@@ -28,7 +28,7 @@ def export(tmp_path):
 @pytest.fixture
 def cycles(tmp_path):
     """Function that renders the open scene with Cycles: RGB (height, width, 3), top row first."""
-    def run(width, height, samples=64, bounces=0, filter_width=1):
+    def run(width, height, samples=64, bounces=0, filter_width=1, sampling="NONE"):
         scene = bpy.context.scene
         scene.render.engine = "CYCLES"
         scene.render.resolution_x, scene.render.resolution_y = width, height
@@ -36,7 +36,7 @@ def cycles(tmp_path):
         scene.render.threads_mode, scene.render.threads = "FIXED", 1
         scene.render.film_transparent = False
         if scene.world:
-            scene.world.cycles.sampling_method = "NONE"  # no map to build for a few pixels
+            scene.world.cycles.sampling_method = sampling  # none: no map to build for a few pixels
         settings = scene.cycles
         settings.samples, settings.use_adaptive_sampling, settings.use_denoising = samples, False, False
         settings.max_bounces, settings.light_sampling_threshold = bounces, 0

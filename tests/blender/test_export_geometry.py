@@ -206,22 +206,6 @@ def test_material_slots(scene, export):
     assert "face_materials" not in exported.mesh_of("Bare")
 
 
-def test_faces_that_let_light_through_are_left_out(scene, export):
-    glass, node, link = new_material("Glass")
-    link(node("ShaderNodeBsdfGlass").outputs["BSDF"])
-    obj = new_cube()
-    obj.data.materials.append(new_material("Wall")[0])
-    obj.data.materials.append(glass)
-    obj.data.polygons.foreach_set("material_index", [0, 1, 0, 0, 0, 0])
-    new_plane("Pane", glass)
-    exported = export()
-    assert [o["name"] for o in exported["objects"]] == ["Cube"]
-    mesh = exported.mesh_of("Cube")
-    assert exported.view(mesh["corners"]).tolist() == [v for i in (0, 2, 3, 4, 5) for v in CUBE_FACES[i]]
-    note, = exported.notes("lets most light through")
-    assert note["material"] == "Glass"
-
-
 def test_uv_map_of_the_render_or_of_the_material(scene, export):
     material, node, link = new_material("Named")
     diffuse, picture, uv_map = node("ShaderNodeBsdfDiffuse"), node("ShaderNodeTexImage"), node("ShaderNodeUVMap")
@@ -259,20 +243,48 @@ def test_what_has_no_surface_is_named(scene, export):
     new_object("Nothing", None)
     exported = export()
     note, = exported["notes"]
-    assert note == {"object": "Cloud", "text": "volume is left out"}
+    assert note == {"object": "Cloud", "text": "a volume is left out"}
 
 
-def test_visibility_is_named(scene, export):
-    for name in ("visible_camera", "is_holdout", "is_shadow_catcher"):
-        setattr(new_cube(name), name, name != "visible_camera")
-    hidden = new_cube("Hidden from all")
-    for ray in ("camera", "diffuse", "glossy", "shadow", "transmission", "volume_scatter"):
-        setattr(hidden, "visible_" + ray, False)
+def hide(obj, *rays):
+    for ray in rays:
+        setattr(obj, "visible_" + ray, False)
+
+
+def test_visibility(scene, export):
+    for ray in ("camera", "shadow", "diffuse"):
+        hide(new_cube(ray), ray)
+    new_cube("holdout").is_holdout = True
+    new_cube("catcher").is_shadow_catcher = True
+    hide(new_cube("all"), "camera", "diffuse", "glossy", "shadow", "transmission", "volume_scatter")
     exported = export()
-    assert sorted(o["name"] for o in exported["objects"]) == ["is_holdout", "is_shadow_catcher", "visible_camera"]
+    flags = {o["name"]: {key: o[key] for key in ("camera", "shadow") if key in o} for o in exported["objects"]}
+    assert flags == {"camera": {"camera": False}, "shadow": {"shadow": False}, "diffuse": {}, "holdout": {},
+                     "catcher": {}}
     assert {note["object"]: note["text"].split(":")[0] for note in exported["notes"]} == {
-        "visible_camera": "hidden from some kinds of rays", "is_holdout": "a holdout",
-        "is_shadow_catcher": "a shadow catcher", "Hidden from all": "hidden from all rays"}
+        "diffuse": "hidden from diffuse rays", "holdout": "a holdout", "catcher": "a shadow catcher",
+        "all": "hidden from all rays"}
+
+
+def test_visibility_of_instancers_and_collections(scene, export):
+    apart = bpy.data.collections.new("Kept apart")
+    apart.objects.link(bpy.data.objects.new("Inside", new_cube("Seen").data))
+    instancer = new_object("Instancer", None)
+    instancer.instance_type, instancer.instance_collection = "COLLECTION", apart
+    hide(instancer, "camera")
+    indirect = bpy.data.collections.new("Indirect")
+    scene.collection.children.link(indirect)
+    indirect.objects.link(bpy.data.objects.new("Reflected", bpy.data.objects["Seen"].data))
+    bpy.context.view_layer.layer_collection.children["Indirect"].indirect_only = True
+    assert {o["name"]: o.get("camera", True) for o in export()["objects"]} == {
+        "Seen": True, "Inside": False, "Reflected": False}
+
+
+def test_what_the_camera_clips_is_named(scene, export):
+    scene.camera.data.clip_start, scene.camera.data.clip_end = 2, 9  # the camera looks down from z = 5
+    for name, z in (("Before it", 4), ("Seen", 0), ("Behind", -5)):
+        new_plane(name, location=(0, 0, z))
+    assert [note["object"] for note in export().notes("clip")] == ["Before it", "Behind"]
 
 
 def test_vertex_that_is_no_number(scene, export):
@@ -281,6 +293,31 @@ def test_vertex_that_is_no_number(scene, export):
     exported = export()
     assert np.isfinite(exported.view(exported.mesh_of("Cube")["positions"])).all()
     assert exported.notes("not finite")
+
+
+def test_bad_meshes_are_named_and_kept(scene, export):
+    new_mesh("Nothing", [(0, 0, 0), (1, 0, 0)], [])
+    new_mesh("Line", [(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0)], [(0, 1, 2), (0, 1, 3)])
+    new_cube("Nowhere").location.x = float("inf")
+    new_cube("Huge", scale=(1e30, 1e30, 1e30))
+    exported = export()
+    assert {o["name"] for o in exported["objects"]} == {"Line", "Huge"} | (
+        {o["name"] for o in exported["objects"]} & {"Nowhere"})
+    note, = exported.notes("no area")
+    assert note["object"] == "Line" and "no area: 1," in note["text"]
+
+
+def test_mesh_without_uvs_is_named_where_it_needs_them(scene, export):
+    material, node, link = new_material("Textured")
+    diffuse, picture = node("ShaderNodeBsdfDiffuse"), node("ShaderNodeTexImage")
+    picture.image = bpy.data.images.new("grid", 4, 4)
+    picture.image.generated_type = "UV_GRID"
+    link(diffuse.outputs["BSDF"])
+    link(picture.outputs["Color"], diffuse.inputs["Color"])
+    new_plane("Unwrapped", material)
+    new_mesh("Bare", CUBE, CUBE_FACES, material)
+    new_mesh("Plain", CUBE, CUBE_FACES, new_material("Plain")[0], location=(3, 0, 0))
+    assert [note["object"] for note in export().notes("no UV map")] == ["Bare"]
 
 
 def test_transform_is_of_the_parents_too(scene, export):

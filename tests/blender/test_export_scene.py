@@ -50,20 +50,70 @@ def test_camera_is_blenders(name, scene, export):
     assert np.linalg.det(matrix(found["transform"])[:3, :3]) == pytest.approx(1, abs=1e-5)
 
 
+def test_orthographic_camera_is_blenders(scene, export):
+    scene.render.resolution_x, scene.render.resolution_y = 192, 108
+    camera = new_camera((1, -2, 3), (0.4, 0.1, 0.7), orthographic=4)
+    camera.scale, camera.data.shift_x, camera.data.shift_y = (2, 2, 2), 0.2, -0.1
+    bpy.context.view_layer.update()
+    found = export()["camera"]
+    left, right, bottom, top = found["window"]
+    assert found["type"] == "orthographic" and right - left == pytest.approx(4)
+    for local in ((0, 0, -1), (0.3, -0.2, -2), (-0.5, 0.4, -3)):
+        point = camera.matrix_world @ Vector(local)
+        x, y, _ = (np.linalg.inv(matrix(found["transform"])) @ [*point, 1])[:3]
+        u, v, _ = world_to_camera_view(scene, camera, point)
+        assert ((x - left) / (right - left), (y - bottom) / (top - bottom)) == pytest.approx((u, v), abs=1e-5)
+
+
+def test_panoramic_camera(scene, export):
+    data = scene.camera.data
+    data.type, data.panorama_type, data.longitude_min, data.latitude_max = "PANO", "EQUIRECTANGULAR", -1, 0.5
+    scene.render.pixel_aspect_x = 2  # a panorama fills the picture all the same
+    exported = export()
+    assert exported["camera"]["type"] == "panoramic" and not exported["notes"]
+    assert exported["camera"]["window"] == pytest.approx([-1, np.pi, -np.pi / 2, 0.5])
+    assert exported["camera"]["resolution"] == [1920, 1080]
+    data.panorama_type = "FISHEYE_EQUISOLID"
+    assert export()["camera"]["type"] == "perspective" and export().notes("FISHEYE_EQUISOLID")
+
+
+def test_lens_is_blenders(scene, export):
+    scene.camera.location, scene.camera.rotation_euler = (0, 0, 5), (0.3, 0, 0)
+    dof = scene.camera.data.dof
+    dof.use_dof, dof.aperture_fstop, scene.camera.data.lens, dof.focus_distance = True, 2, 50, 7
+    assert export()["camera"]["lens"] == pytest.approx(
+        {"radius": 0.0125, "focus": 7, "blades": 0, "rotation": 0, "ratio": 1})
+    dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio = 5, 0.4, 2
+    dof.focus_object = new_plane("Focus", location=(3, 1, 0))
+    lens = export()["camera"]["lens"]
+    axis = np.array([0, -np.sin(0.3), np.cos(0.3)])  # backwards
+    assert lens["focus"] == pytest.approx(axis @ [-3, -1, 5], rel=1e-5)
+    assert (lens["blades"], lens["rotation"], lens["ratio"]) == pytest.approx((5, 0.4, 2))
+    dof.aperture_blades = 2  # Cycles, too, takes it for a round one
+    assert export()["camera"]["lens"]["blades"] == 0
+
+
+def test_camera_that_sees_nothing_gives_one_sentence(scene, tmp_path):
+    scene.camera.data.type, scene.camera.data.panorama_type = "PANO", "EQUIRECTANGULAR"
+    scene.camera.data.latitude_min = scene.camera.data.latitude_max = 0.2
+    with pytest.raises(exporter.ExportError, match="Camera: the camera sees nothing"):
+        exporter.export_scene(scene, str(tmp_path / "scene"))
+
+
 def test_other_cameras_are_named(scene, export):
     scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 4
     scene.camera.data.dof.use_dof = True
+    scene.camera.scale.x = -1
+    scene.render.use_simplify = scene.use_nodes = True
     scene.render.use_border = True
     scene.render.use_motion_blur = scene.render.film_transparent = True
     scene.cycles.film_exposure = 2
     scene.render.pixel_aspect_x = 2
     scene.render.resolution_x, scene.render.resolution_y = 50, 100
     exported = export()
-    left, right, _, _ = exported["camera"]["window"]
-    distance = exported["camera"]["transform"][11] - 5
     assert exported["camera"]["resolution"] == [100, 100]
-    assert (right - left) * distance == pytest.approx(4)  # as much of the plane through the camera as before
-    for word in ("orthographic", "depth of field", "region", "not square", "motion", "film is", "exposure"):
+    for word in ("depth of field", "region", "not square", "motion", "film is", "exposure", "mirrors", "Simplify",
+                 "compositor"):
         assert exported.notes(word)
 
 
@@ -73,11 +123,12 @@ def run(*arguments):
 
 def test_command_line(scene, tmp_path):
     new_plane()
+    scene.render.use_motion_blur = True
     blend, folder = tmp_path / "scene.blend", tmp_path / "new" / "scene"
     bpy.ops.wm.save_as_mainfile(filepath=str(blend))
     result = run(blend, "-o", folder)
     assert result.returncode == 0, result.stderr
-    assert "1 objects" in result.stderr
+    assert "note: Camera: motion blur is left out\n" in result.stderr and "1 objects" in result.stderr
     first = Scene(folder)
     # An older scene is replaced, byte by byte the same.
     result = run(blend, "-o", folder)
@@ -123,7 +174,7 @@ def test_interrupted_export_leaves_the_old_scene(error, scene, tmp_path, monkeyp
 
     def fail(*arguments):
         raise error
-    monkeypatch.setattr(exporter, "transform", fail)  # after the first mesh was written
+    monkeypatch.setattr("walk.transform", fail)  # after the first mesh was written
     with pytest.raises(error):
         exporter.export_scene(scene, str(folder))
     assert os.listdir(tmp_path) == ["scene"]
@@ -147,6 +198,26 @@ def test_interruption_that_blender_swallows(scene, tmp_path):
         for number, function in before.items():
             signal.signal(number, function)
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("end,status", [("os.kill(os.getpid(), signal.SIGSEGV)", 3), ("sys.exit(2)", 2), ("", 0)])
+def test_crash_gives_one_sentence(end, status):
+    code = f"import guard, os, signal, sys; guard.enter('program'); {end}"
+    result = subprocess.run([sys.executable, "-c", code, "odd.blend"], cwd=os.path.dirname(EXPORT),
+                            capture_output=True, text=True, timeout=60)
+    assert result.returncode == status
+    assert result.stderr.count("\n") == (status == 3) and (status != 3 or "odd.blend" in result.stderr)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signal_reaches_the_guarded(number):
+    code = ("import guard, sys, time; guard.enter('program')\n"
+            "try:\n    print(flush=True); time.sleep(60)\nexcept KeyboardInterrupt:\n    sys.exit(130)")
+    with subprocess.Popen([sys.executable, "-c", code], cwd=os.path.dirname(EXPORT), stdout=subprocess.PIPE,
+                          stderr=subprocess.DEVNULL) as process:
+        process.stdout.readline()
+        process.send_signal(number)
+        assert process.wait(timeout=30) == (130 if number == signal.SIGINT else 3)
 
 
 def test_hidden_and_second_view_layer(scene, export):

@@ -60,9 +60,12 @@ def lookup(scene, texture, u, v):
 
 def check(scene, show, cycles, tolerance=0.004):
     """The plane as the format gives it, against Cycles, at pixels' centres."""
-    texture = scene["textures"][scene.material("Shine")["colour"]["texture"]]
+    material = scene["materials"][scene["objects"][0]["materials"][0]]
+    texture = scene["textures"][material["closures"][0]["colour"]["texture"]]
+    origin, right, _, up = scene.view(scene["meshes"][0]["uvs"])
     at = (np.arange(PIXELS) + 0.5) / PIXELS
-    expected = np.array([[lookup(scene, texture, u, v) for u in at] for v in at[::-1]])
+    expected = np.array([[lookup(scene, texture, *(origin + x * (right - origin) + y * (up - origin))) for x in at]
+                         for y in at[::-1]])
     show(None)
     camera = bpy.context.scene.camera.data
     camera.type, camera.ortho_scale = "ORTHO", 2
@@ -229,17 +232,64 @@ def test_missing_image_is_magenta(broken, shine, export, tmp_path):
     loaded.reload()
     paint(shine, loaded)
     exported = export()
-    assert exported.material("Shine")["colour"] == [1, 0, 1]
+    assert exported.closure("Shine")["colour"] == [1, 0, 1]
     note, = exported.notes("missing")
     assert note["material"] == "Shine" and not exported["images"]
 
 
-def test_generated_coordinates_are_named(shine, export):
+def coordinates(node, link, name):
+    return node("ShaderNodeNewGeometry" if name == "Position" else "ShaderNodeTexCoord").outputs[name]
+
+
+@pytest.mark.parametrize("kind,name", [("TexNoise", "Generated"), ("TexVoronoi", "Object"), ("TexWave", "Position"),
+                                       ("TexMagic", "UV")])
+def test_what_has_no_word_is_baked(kind, name, shine, export, cycles):
+    """Each kind of coordinates, on a plane that is turned about."""
     node, link, show = shine
-    show(node("ShaderNodeTexChecker").outputs["Color"])
+    plane = bpy.data.objects["Plane"]
+    plane.location, plane.rotation_euler = (0, 0, -0.5), (0, 0, np.pi)
+    texture = node("ShaderNode" + kind)
+    texture.inputs["Scale"].default_value = 1.3
+    link(coordinates(node, link, name), texture.inputs["Vector"])
+    mix = node("ShaderNodeMixRGB", Fac=0.5, Color2=(0.9, 0.3, 0.1, 1))
+    link(texture.outputs[0], mix.inputs["Color1"])
+    show(mix.outputs["Color"])
     exported = export()
-    note, = exported["notes"]
-    assert "Generated" in note["text"] and note["node"] == "Checker Texture"
+    assert exported.notes("baked to a picture")
+    check(exported, show, lambda *size, **settings: cycles(*size, **settings)[::-1, ::-1], 0.02)
+
+
+def test_a_socket_in_a_group_is_baked(shine, export, cycles):
+    node, link, show = shine
+    group = bpy.data.node_groups.new("Colour", "ShaderNodeTree")
+    group.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketShader")
+    noise, diffuse, end = map(group.nodes.new, ("ShaderNodeTexNoise", "ShaderNodeBsdfDiffuse", "NodeGroupOutput"))
+    group.links.new(noise.outputs["Fac"], diffuse.inputs["Color"])
+    group.links.new(diffuse.outputs[0], end.inputs[0])
+    outer = node("ShaderNodeGroup")
+    outer.node_tree = group
+    link(outer.outputs[0])
+    exported = export()
+    texture, = exported["textures"]
+    picture = read_picture(exported, exported["images"][texture["image"]])
+    assert 0.05 < picture.std() and picture[..., 0] == pytest.approx(picture[..., 1])
+    assert len(bpy.data.node_groups) == 1 and len(bpy.data.materials) == 1 and len(bpy.data.scenes) == 1
+
+
+def test_a_bend_with_no_word_is_baked(scene, export):
+    """Bumps of noise: a map of unit vectors about +z that is not flat."""
+    material, node, link = new_material("Shine")
+    new_plane(material=material)
+    bump, diffuse = node("ShaderNodeBump", Distance=0.3), node("ShaderNodeBsdfDiffuse")
+    link(node("ShaderNodeTexNoise").outputs[0], bump.inputs["Height"])
+    link(bump.outputs[0], diffuse.inputs["Normal"])
+    link(diffuse.outputs[0])
+    exported = export()
+    normal = exported["materials"][0]["normal"]
+    image = exported["images"][exported["textures"][normal["map"]]["image"]]
+    inside = read_picture(exported, image)[8:-8, 8:-8] * 2 - 1
+    assert normal["strength"] == 1 and np.linalg.norm(inside, axis=-1) == pytest.approx(1, abs=0.02)
+    assert inside[..., :2].std() > 0.1 and inside[..., 2].min() > 0
 
 
 def test_two_textures_that_lie_differently(shine, export, cycles):
@@ -256,7 +306,7 @@ def test_two_textures_that_lie_differently(shine, export, cycles):
     link(picture.outputs["Color"], mix.inputs["Color2"])
     show(mix.outputs["Color"])
     exported = export()
-    assert exported.notes("lie differently")
+    assert exported.notes("baked to a picture")
     check(exported, show, cycles)
 
 
@@ -269,6 +319,6 @@ def test_roughness_texture_and_grey_of_a_colour(scene, export):
     link(checker.outputs["Color"], shader.inputs["Roughness"])
     link(shader.outputs["BSDF"])
     exported = export()
-    texture = exported["textures"][exported.material("Floor")["roughness"]["texture"]]
+    texture = exported["textures"][exported.closure("Floor")["roughness"]["texture"]]
     # Blender takes the luminance of a colour, the format the mean of the channels.
     assert texture["colour2"] == pytest.approx([0.2126] * 3) and texture["colour1"] == pytest.approx([0.2] * 3)

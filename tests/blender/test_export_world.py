@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mathutils import Vector
 
-from blenderscene import bilinear, matrix, node_makers, read_picture
+from blenderscene import bilinear, matrix, new_material, new_plane, node_makers, read_picture
 
 DIRECTIONS = [(1, 0, 0), (0, 1, 0.2), (-0.6, -0.5, -0.4), (0.3, -0.9, 0.8)]
 
@@ -78,7 +78,7 @@ def test_environment_turned(vector_type, world, export, cycles):
 
 
 def test_unknown_nodes_are_rendered(world, export, cycles, monkeypatch):
-    monkeypatch.setattr("world.RENDERED_SIZE", (256, 128))
+    monkeypatch.setattr("worldpicture.WIDTHS", (256, 512))
     node, link = world
     background, sky = node("ShaderNodeBackground", Strength=0.1), node("ShaderNodeTexSky")
     sky.sky_type, sky.sun_direction = "PREETHAM", (0.8, 0.3, 0.5)  # a sky that differs all around
@@ -89,6 +89,73 @@ def test_unknown_nodes_are_rendered(world, export, cycles, monkeypatch):
     found = [radiance(scene, direction) for direction in DIRECTIONS]
     assert np.ptp(found, axis=0).min() > 0.01
     check(scene, cycles, 0.02 * np.max(found))
+
+
+def new_sky(node, link, **settings):
+    background, sky = node("ShaderNodeBackground", Strength=0.1), node("ShaderNodeTexSky")
+    for name, value in settings.items():
+        setattr(sky, name, value)
+    link(background.outputs["Background"])
+    link(sky.outputs["Color"], background.inputs["Color"])
+    return sky
+
+
+def test_sun_of_a_sky_is_a_lamp(world, export, cycles, monkeypatch):
+    """Its irradiance is what Cycles' light of the whole sky on a white plane lacks without the sun's disc."""
+    monkeypatch.setattr("worldpicture.WIDTHS", (128, 128))
+    node, link = world
+    sky = new_sky(node, link, sun_elevation=0.6, sun_rotation=0.8, sun_size=math.radians(3))
+    scene = export()
+    sun, = scene["lights"]
+    assert sun["camera"] and sun["angle"] == pytest.approx(sky.sun_size, rel=1e-6)
+    to_sun = matrix(sun["transform"])[:3, 2]
+    assert to_sun == pytest.approx([math.sin(0.8) * math.cos(0.6), math.cos(0.8) * math.cos(0.6), math.sin(0.6)],
+                                   abs=1e-3)
+    white, node, link = new_material("White")
+    link(node("ShaderNodeBsdfDiffuse", Color=(1, 1, 1, 1)).outputs["BSDF"])
+    new_plane(material=white, size=100)
+    lit = []
+    bpy.context.scene.world.cycles.sample_map_resolution = 256
+    for disc in (True, False):
+        sky.sun_disc = disc
+        lit.append(cycles(8, 8, samples=256, sampling="MANUAL").mean(axis=(0, 1)))
+    assert np.array(sun["irradiance"]) * to_sun[2] / math.pi == pytest.approx(lit[0] - lit[1], rel=0.02)
+
+
+def test_sun_below_the_horizon_is_no_lamp(world, export, monkeypatch):
+    monkeypatch.setattr("worldpicture.WIDTHS", (128, 128))
+    new_sky(*world, sun_elevation=-0.5)
+    assert not export()["lights"]
+
+
+def test_all_rays_see_what_lights(world, export, monkeypatch):
+    """A Light Path node, in a group, shows the camera a red world and lights with a blue one; no volume."""
+    monkeypatch.setattr("worldpicture.WIDTHS", (128, 128))
+    node, link = world
+    tree = bpy.data.node_groups.new("Is camera", "ShaderNodeTree")
+    tree.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    tree.links.new(tree.nodes.new("ShaderNodeLightPath").outputs["Is Camera Ray"],
+                   tree.nodes.new("NodeGroupOutput").inputs[0])
+    group, mix = node("ShaderNodeGroup"), node("ShaderNodeMixShader")
+    group.node_tree = tree
+    blue, red = (node("ShaderNodeBackground", Color=colour) for colour in ((0, 0, 1, 1), (1, 0, 0, 1)))
+    link(mix.outputs["Shader"])
+    link(group.outputs[0], mix.inputs[0])
+    link(blue.outputs[0], mix.inputs[1])
+    link(red.outputs[0], mix.inputs[2])
+    output = bpy.context.scene.world.node_tree.get_output_node("CYCLES")
+    link(node("ShaderNodeVolumeAbsorption").outputs[0], output.inputs["Volume"])
+    scene = export()
+    assert scene["world"] == {"radiance": [0, 0, 1]}
+    assert scene.notes("Light Path") and scene.notes("volume")
+    assert [n.bl_idname for n in tree.nodes] == ["ShaderNodeLightPath", "NodeGroupOutput"]  # the file's own stays
+
+
+def test_hidden_world_is_named(world, export):
+    node, link = world
+    link(node("ShaderNodeBackground").outputs[0])
+    bpy.context.scene.world.cycles_visibility.camera = False
+    assert "camera rays" in export().notes("hidden from")[0]["text"]
 
 
 def test_no_world_is_black(scene, export):

@@ -119,6 +119,11 @@ LAMPS = {
     "area_not_normalized": dict(kind="AREA", energy=5, shape="DISK", size=2, normalize=False, scale=(1.5, 1, 1)),
     "area_spread": dict(kind="AREA", energy=50, shape="SQUARE", size=1, spread=1.2),
     "area_spread_narrow": dict(kind="AREA", energy=50, shape="DISK", size=2, spread=math.radians(10)),
+    "area_mirrored": dict(kind="AREA", energy=50, shape="RECTANGLE", size=1, size_y=2, rotation=(3.4, 0, 0.2),
+                          scale=(1, 1.5, -1)),
+    "spot_mirrored": dict(kind="SPOT", energy=50, shadow_soft_size=0.2, spot_size=0.9, rotation=(0.1, 0.05, 0),
+                          scale=(-1, 1, 1)),
+    "sun_mirrored": dict(kind="SUN", energy=3, rotation=(3.4, 0.2, 0), scale=(1, 1, -1)),
     "sun": dict(kind="SUN", energy=3, angle=0.3, rotation=(0.6, 0.2, 0)),
     "sun_without_size": dict(kind="SUN", energy=3, angle=0, rotation=(0.6, 0, 0)),
     "sun_wide": dict(kind="SUN", energy=3, angle=2),
@@ -141,6 +146,20 @@ def test_lamp_nodes_multiply(floor, export, cycles):
     check(export, cycles)
 
 
+def test_lamp_falloff(floor, export, cycles):
+    obj = lamp("POINT", energy=10, shadow_soft_size=0.1)
+    obj.data.use_nodes = True
+    tree = obj.data.node_tree
+    falloff = tree.nodes.new("ShaderNodeLightFalloff")
+    falloff.inputs["Strength"].default_value = 4
+    strength = tree.nodes["Emission"].inputs["Strength"]
+    tree.links.new(falloff.outputs["Quadratic"], strength)
+    check(export, cycles)
+    assert not export()["notes"]
+    tree.links.new(falloff.outputs["Linear"], strength)
+    assert export().notes("Falloff")
+
+
 def test_what_a_lamp_cannot_keep_is_named(scene, export):
     lamp("AREA", energy=10, spread=0).name = "Parallel"
     lamp("POINT", energy=0).name = "Off"
@@ -148,12 +167,58 @@ def test_what_a_lamp_cannot_keep_is_named(scene, export):
     lamp("SPOT", energy=10, scale=(1, 2, 1)).name = "Stretched"
     lamp("POINT", energy=10, use_shadow=False).name = "No shadow"
     lamp("SUN", energy=10).hide_render = True
+    lamp("SUN", energy=float("inf")).name = "Infinite"
+    lamp("POINT", location=(float("nan"), 0, 0)).name = "Nowhere"
+    linked = lamp("AREA", energy=10)
+    linked.name, linked.light_linking.receiver_collection = "Linked", bpy.data.collections.new("Receivers")
     exported = export()
-    assert sorted(light["name"] for light in exported["lights"]) == ["No shadow", "Parallel", "Stretched"]
+    assert {light["name"]: light.get("shadow", True) for light in exported["lights"]} == {
+        "Linked": True, "No shadow": False, "Parallel": True, "Stretched": True}
     parallel = next(light for light in exported["lights"] if light["name"] == "Parallel")
     assert parallel["spread"] == pytest.approx(math.radians(1))
     assert {(note["object"], note["text"].split()[0]) for note in exported["notes"]} == {
-        ("Parallel", "parallel"), ("Off", "emits"), ("Lamp", "a"), ("Stretched", "a"), ("No shadow", "casts")}
+        ("Parallel", "parallel"), ("Off", "emits"), ("Lamp", "a"), ("Stretched", "a"), ("Infinite", "its"),
+        ("Nowhere", "its"), ("Linked", "light")}
+
+
+SEEN = {
+    "point_sphere": dict(kind="POINT", energy=10, shadow_soft_size=1, use_soft_falloff=False),
+    "point_disc": dict(kind="POINT", energy=10, shadow_soft_size=1, use_soft_falloff=True),
+    "point_not_sampled": dict(kind="POINT", energy=10, shadow_soft_size=1),
+    "point_without_size": dict(kind="POINT", energy=10, shadow_soft_size=0),
+    "spot": dict(kind="SPOT", energy=10, shadow_soft_size=1, spot_size=1, rotation=(math.pi, 0, 0)),
+    "area": dict(kind="AREA", energy=10, shape="SQUARE", size=2, rotation=(math.pi, 0, 0)),
+    "area_back": dict(kind="AREA", energy=10, shape="SQUARE", size=2),
+    "area_spread": dict(kind="AREA", energy=10, shape="SQUARE", size=2, spread=1, rotation=(math.pi, 0, 0)),
+    "sun": dict(kind="SUN", energy=3, angle=0.5, rotation=(math.pi, 0, 0)),
+    "sun_without_size": dict(kind="SUN", energy=3, angle=0, rotation=(math.pi, 0, 0)),
+}
+
+
+def seen_radiance(light, name):
+    """FORMAT.md's, along the axis of a lamp that faces the camera."""
+    if not light.get("camera", False) or name.endswith("back"):
+        return 0
+    if light["type"] == "sun":
+        return light["irradiance"][0] / (math.pi * math.sin(light["angle"] / 2) ** 2)
+    if light["type"] != "area":
+        return light["power"][0] / (4 * math.pi ** 2 * light["radius"] ** 2)
+    half = light["spread"] / 2
+    focus = math.tan(half) / (math.tan(half) - half) if light["spread"] < 3.14159 else 1
+    return light["power"][0] / (math.pi * light["size"][0] * light["size"][1]) * focus
+
+
+@pytest.mark.parametrize("name", SEEN)
+def test_the_camera_sees_the_lamps_that_cycles_shows(name, scene, export, cycles):
+    obj = lamp(location=(0, 0, 0), **SEEN[name])
+    obj.data.cycles.use_multiple_importance_sampling = name != "point_not_sampled"
+    scene.camera.data.angle = 0.01
+    light, = export()["lights"]
+    assert "camera" not in light  # Blender hides new lamps
+    obj.visible_camera = True
+    light, = export()["lights"]
+    assert light.get("camera", False) == (not name.endswith(("not_sampled", "without_size")))
+    assert cycles(4, 4, samples=4).mean() == pytest.approx(seen_radiance(light, name), rel=TOLERANCE)
 
 
 def check(export, cycles):

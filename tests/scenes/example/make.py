@@ -27,13 +27,17 @@ BOX_UVS = [0, 0, 1, 0, 1, 1, 0, 1] * 6
 BOX_CREASES = [4, 5, 5, 6, 6, 7, 7, 4]
 BOX_SHARPNESS = [2.5, 2.5, 10, 10]
 BOX_CORNER, BOX_CORNER_SHARPNESS = [0], [10]
+# Colours by angle: at a grazing view, at 60 degrees, from straight ahead.
+ANGLE_FRONT = [1, 1, 1, 0.5, 0.4, 0.3, 0.1, 0.1, 0.1]
+ANGLE_BACK = [0, 0, 0, 0.2, 0.2, 0.2, 0.4, 0.4, 0.4]
 
 
 def buffer():
     """scene.bin: the views in their order."""
     views = [(HOUSE_POSITIONS, "f"), (HOUSE_SIZES, "I"), (HOUSE_CORNERS, "I"), (HOUSE_NORMALS, "f"), (HOUSE_UVS, "f"),
              (HOUSE_MATERIALS, "I"), (BOX_POSITIONS, "f"), (BOX_SIZES, "I"), (BOX_CORNERS, "I"), (BOX_UVS, "f"),
-             (BOX_CREASES, "I"), (BOX_SHARPNESS, "f"), (BOX_CORNER, "I"), (BOX_CORNER_SHARPNESS, "f")]
+             (BOX_CREASES, "I"), (BOX_SHARPNESS, "f"), (BOX_CORNER, "I"), (BOX_CORNER_SHARPNESS, "f"),
+             (ANGLE_FRONT, "f"), (ANGLE_BACK, "f")]
     return b"".join(struct.pack(f"<{len(values)}{kind}", *values) for values, kind in views)
 
 
