@@ -97,7 +97,8 @@ void shade_point(const struct model *model, struct ray ray, const struct hit *hi
     point->front = dot(ng, point->wo) >= 0;
     point->ng = point->front ? ng : scale(ng, -1);
     point->n = point->front ? n : scale(n, -1);
-    point->origin = trace_offset(p, point->ng);
+    point->origin = trace_offset(p, point->ng, model->radius);
+    point->beyond = trace_offset(p, scale(point->ng, -1), model->radius);
     point->material = material_at(model, hit);
     if (point->material == SCENE_NONE) point->brdf = (struct brdf){.kd = {0.8f, 0.8f, 0.8f}};
     else shade_material(model, &model->scene->materials[point->material], hit, point);
