@@ -70,15 +70,26 @@ static inline int choices(const struct brdf *brdf, float cos_o, float chance[sta
     return count;
 }
 
+/* What bumps around leave of the light from wi at a place of normal n on a surface of normal unbent: the shadowing of
+ * microfacets of a roughness that goes with the bend (Estevez, Lecocq and Stein 2019), as in Cycles. */
+static inline float bump_light(float3 unbent, float3 n, float3 wi)
+{
+    float level = dot(unbent, wi), bend = dot(unbent, n);
+    if (level <= 0 || bend <= 0) return 0;
+    float alpha2 = 0.125f * maxf(1 / sqr(bend) - 1, 0), tan2 = maxf(1 / sqr(level) - 1, 0);
+    return 2 / (1 + sqrtf(1 + alpha2 * tan2));
+}
+
 /* f of the diffuse parts. */
 static inline rgb diffuse(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
 {
-    float cos_i = dot(n, wi), cos_o = dot(n, wo);
-    if (cos_i <= 0) return scale(brdf->kt, 1 / PI);
-    if (brdf->tilt == 0) return scale(brdf->kd, 1 / PI);
+    float cos_i = dot(n, wi), cos_o = dot(n, wo), factor = 1 / PI;
+    if (cos_i <= 0) return scale(brdf->kt, factor);
+    if (dot(brdf->unbent, brdf->unbent) > 0) factor *= bump_light(brdf->unbent, n, wi);
+    if (brdf->tilt == 0) return scale(brdf->kd, factor);
     float t = dot(wi, wo) - cos_i * cos_o;
     if (t > 0) t /= maxf(cos_i, cos_o);
-    return scale(brdf->kd, maxf(1 + brdf->flat + brdf->tilt * t, 0) / PI);
+    return scale(brdf->kd, maxf(1 + brdf->flat + brdf->tilt * t, 0) * factor);
 }
 
 /* f and pdf, the chances being known. */

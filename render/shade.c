@@ -60,6 +60,7 @@ static void shade_material(const struct model *model, const struct scene_materia
         .cosine = fabsf(dot(point->n, point->wo)),
         .front = point->front};
     struct uv_axes axes = {0};
+    float3 unbent = bent ? point->n : vec3(0, 0, 0);
     if (bent || surface_has_tangent(material)) axes = axes_at(model, hit);
     point->emission = surface_emission(textures, material, &place);
     if (bent) {
@@ -68,6 +69,7 @@ static void shade_material(const struct model *model, const struct scene_materia
     }
     if (surface_is_glossy(material)) point->n = pull_normal(point->n, point->ng, point->wo);
     surface_brdf(textures, material, &place, point->n, point->wo, axes.du, &point->brdf);
+    point->brdf.unbent = unbent;
 }
 
 void shade_point(const struct model *model, struct ray ray, const struct hit *hit, struct point *point)
