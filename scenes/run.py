@@ -50,7 +50,7 @@ def reference(name, kind, variant=""):
 def _call(command, quiet=False):
     result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE if quiet else None, text=True)
     if result.returncode:
-        said = (result.stderr or result.stdout or "").strip()
+        said = (result.stderr or result.stdout or "").strip() if result.returncode > 0 else ""
         raise Failure(f"failed with {result.returncode}: {' '.join(command)}\n{result.stdout}{result.stderr or ''}",
                       said.splitlines()[-1] if said else f"{command[0]} ended with {result.returncode}")
     return result.stdout

@@ -44,7 +44,8 @@ def parse_options():
     parser.add_argument("--method", default="eas", choices=("eas", "hsh", "hybrid", "path"),
                         help="beside the path tracer, which always runs (eas)")
     parser.add_argument("--size", type=size, metavar="WxH",
-                        help=f"pixels; by default the file's, made smaller to {SIDE} on the longer side")
+                        help=f"pixels that pictures have to fit in; by default the file's size, its longer side {SIDE} "
+                        "at most")
     parser.add_argument("--spp", type=count, default=64, metavar="N",
                         help="samples a pixel of a half by Cycles and by the path tracer (64); caches take 16 at most")
     parser.add_argument("--threads", type=count, default=run.cores(), metavar="N", help="all cores by default")
@@ -63,6 +64,13 @@ def unique_names(files):
             name, number = f"{stem}_{number}", number + 1
         names.append(name)
     return names
+
+
+def fit(resolution, box):
+    """WIDTHxHEIGHT of the file's shape, as large as fits in the box: of another shape, Cycles would see another part of
+    the scene than the exported camera."""
+    scale = min(box[0] / resolution[0], box[1] / resolution[1]) if box else min(SIDE / max(resolution), 1)
+    return "x".join(str(max(round(side * scale), 4)) for side in resolution)
 
 
 class Case:
@@ -95,11 +103,7 @@ class Case:
         with open(os.path.join(self.scene, "scene.json"), encoding="utf-8") as file:
             scene = json.load(file)
         self.notes = scene["notes"]
-        width, height = self.options.size or scene["camera"]["resolution"]
-        if not self.options.size:
-            shrink = max(max(width, height) / SIDE, 1)
-            width, height = max(round(width / shrink), 16), max(round(height / shrink), 16)
-        self.size = f"{width}x{height}"
+        self.size = fit(scene["camera"]["resolution"], self.options.size)
 
     def cycles(self):
         """Two halves from build/validate, rendered where they aren't there."""

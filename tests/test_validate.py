@@ -79,6 +79,11 @@ def test_cycles_is_kept_by_content(folder, monkeypatch, tmp_path):
         assert len(calls) == expected
 
 
+def test_pictures_keep_the_files_shape():
+    assert validate.fit((1920, 1080), None) == "480x270" and validate.fit((320, 320), None) == "320x320"
+    assert validate.fit((320, 320), (192, 128)) == "128x128" and validate.fit((100, 50), (400, 400)) == "400x200"
+
+
 def test_ratios_of_blocks():
     """20 x 12 pixels, the last blocks cut: 1.1 times as bright everywhere, 2 in one corner, black where both are."""
     truth = numpy.ones((12, 20, 3), numpy.float32)
