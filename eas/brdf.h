@@ -139,7 +139,7 @@ static inline bool brdf_spreads(const struct brdf *brdf)
     return any;
 }
 
-/* How often a path should go straight on: the share of `through`, which isn't black, in all that the surface sends on. */
+/* How often a path should go straight on: the share of `through`, which isn't black, in all that goes on. */
 float brdf_pass_chance(const struct brdf *brdf, float cos_o);
 
 rgb brdf_eval(const struct brdf *brdf, float3 n, float3 wo, float3 wi);

@@ -71,8 +71,8 @@ static double distance_of(const double a[static 3], const double b[static 3])
     return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-/* A quad from its four children, child j at corner j and turned as its parent is: its own corner, the middle of the next
- * edge, the quad's middle, that of the edge before. */
+/* A quad from its four children, child j at corner j and turned as its parent is: from there on its own corner, the
+ * middle of the next edge, the quad's middle, that of the edge before. */
 static struct bend bend_of(const float *positions, const uint32_t *children)
 {
     double corners[4][3], middles[4][3], middle[3], mean[3] = {0};

@@ -43,9 +43,9 @@ bool bends_measure(const struct scene_mesh *mesh, struct bends *bends, char erro
 void bends_free(struct bends *bends);
 
 /* The level, 1 .. `most`, from which on the surface lies within .1 pixels of its triangles (each level takes it to a
- * quarter); where the camera does not look, .4. Two levels more than the sharpness of its creases where `most` has them:
- * before that they look sharp. `most` where there are no bends. At .1 a picture of curved cages differs from one with
- * edges of 1 pixel as much as with edges of 2, with a quarter of the latter's triangles. */
+ * quarter); where the camera does not look, .4. Two levels more than the sharpness of its creases where `most` has
+ * them: before that they look sharp. `most` where there are no bends. At .1 a picture of curved cages is as near to one
+ * with edges of 1 pixel as with edges of 2, by a quarter of the triangles. */
 int level_by_bends(const struct scene_mesh *mesh, const struct bends *bends, const float transform[static 12],
                    const struct scene_camera *camera, int most);
 

@@ -20,9 +20,9 @@ struct triangles {
     uint32_t *slots;   /* material slot of each triangle */
 };
 
-/* Fills *out, which the caller frees; level: refinements of a cage. A cage with faces other than quads is refined once at least. False and a sentence
- * that names the mesh where memory runs out or OpenSubdiv refuses the cage; *out is then empty. Thread-safe for
- * different `out`. */
+/* Fills *out, which the caller frees. level: refinements of a cage; one with faces other than quads is refined once at
+ * least. False and a sentence that names the mesh where memory runs out or OpenSubdiv refuses the cage; *out is then
+ * empty. Thread-safe for different `out`. */
 bool tessellate(const struct scene_mesh *mesh, int level, struct triangles *out, char error[static SCENE_ERROR]);
 
 void triangles_free(struct triangles *triangles);

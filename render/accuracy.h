@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* As many samples, and as fine caches, as an error asks for.
  *
- * Noise is measured by two independent halves of the picture, the caches' own error by how much overlapping
- * records disagree (cached_error); the two are independent, so their squares add up. The caches may take CACHE_SHARE of the error: the
- * coarsest are tried first, since the next finer ones cost several times as much; the samples take the rest.
+ * Noise is measured by two independent halves of the picture, the caches' own error by how much overlapping records
+ * disagree (cached_error); the two are independent, so their squares add up. The caches may take three quarters of the
+ * error: the coarsest are tried first, since the next finer ones cost several times as much; samples take the rest.
  */
 #ifndef RENDER_ACCURACY_H
 #define RENDER_ACCURACY_H

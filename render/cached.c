@@ -192,7 +192,8 @@ static void look_up(const struct cached *cached, const struct point *mean, float
     for (int k = 0; glossy && k < point.brdf.lobe_count; k++)
         view_lobe(cached->fill, &point.brdf.lobes[k], &point, &views[k]);
     for (int i = 0; i < count; i++) {
-        indirect = mad(indirect, record_light(cached->fill, cache, &matches[i], glossy, views, &point), matches[i].weight);
+        rgb light = record_light(cached->fill, cache, &matches[i], glossy, views, &point);
+        indirect = mad(indirect, light, matches[i].weight);
         pixel->eas_count += (float)cache->records[matches[i].record].eas_count;
         if (matches[i].weight > matches[best].weight) best = i;
     }

@@ -142,8 +142,9 @@ struct row {
     struct gather_terms terms;
 };
 
-static void gather_row(const struct model *model, const struct diffuse_cache *cache, const struct place *place, int side,
-                       uint64_t seed, uint64_t index, struct row *row)
+/* By side x side rays. */
+static void gather_row(const struct model *model, const struct diffuse_cache *cache, const struct place *place,
+                       int side, uint64_t seed, uint64_t index, struct row *row)
 {
     struct rng rng = rng_seed(seed, SEED_GATHER, index);
     float weight = PI / (float)(side * side);

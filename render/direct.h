@@ -50,13 +50,13 @@ bool direct_resolves(const struct lobe *lobe);
 /* Moves the lobes that are resolved to the front. Returns how many they are. */
 int direct_sort(struct brdf *brdf);
 
-/* Whether direct_light averages the resolved lobes at this point over cells of the lamps: no lamp is so near that a cell
- * of it is wider. If not, direct_sample and a ray by each lobe share the work by MIS, as they do for all other lobes. */
+/* Whether direct_light averages the resolved lobes at this point over cells of the lamps: no lamp is so near that a
+ * cell of it is wider. If not, direct_sample and a ray by each lobe share the work by MIS, as for all other lobes. */
 bool direct_averages(const struct direct *direct, const struct point *point);
 
 /* The light of one lamp sample (u: three numbers in [0, 1)) with its shadow ray, and of one beyond the surface where it
- * transmits, by the parts that direct_light leaves out: `averaged` of the point's lobes, sorted, are its. Lobes have the
- * MIS weight against sampling each. */
+ * transmits, by the parts that direct_light leaves out: `averaged` of the point's lobes, sorted, are its. Lobes have
+ * the MIS weight against sampling each. */
 rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged);
 
 /* The light of alike points at their mean, whose lobes are all resolved: under an environment alone the diffuse part,

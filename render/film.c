@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/film.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <math.h>
 
 #define DEPTH_NONE 1e10f /* what Blender writes where nothing is hit */
 
@@ -45,7 +44,8 @@ double film_noise(const struct film *a, const struct film *b)
     for (int i = 0; i < a->width * a->height; i++) {
         const struct pixel *p = &a->pixels[i], *q = &b->pixels[i];
         if (!is_black(p->emission) || !is_black(q->emission) || p->samples == 0) continue;
-        rgb x = scale(add(p->direct, p->indirect), 1 / p->samples), y = scale(add(q->direct, q->indirect), 1 / q->samples);
+        rgb x = scale(add(p->direct, p->indirect), 1 / p->samples),
+            y = scale(add(q->direct, q->indirect), 1 / q->samples);
         rgb d = sub(x, y), s = add(x, y);
         squares += .25 * ((double)d.x * d.x + (double)d.y * d.y + (double)d.z * d.z) / 3;
         sum += .5 * ((double)s.x + s.y + s.z) / 3;

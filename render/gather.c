@@ -48,7 +48,7 @@ struct lamp_light {
 };
 
 /* One of `count` lamp samples on a side of the surface: its lobes averaged, where that is wanted and they are resolved,
- * over the part of the lamps that it stands for, or with the MIS weight against sampling each. False where none arrives. */
+ * over the part of the lamps that it stands for, or with the MIS weight against sampling each. False: none arrives. */
 static bool candidate(const struct model *model, const struct point *point, const struct side *side, bool averages,
                       int count, const float u[static 3], struct lamp_light *out)
 {

@@ -105,7 +105,7 @@ static const struct argp_option render_arguments[] = {
      "stop where the estimated error is X: CV(RMSE), without directly seen emitters; .05 is a preview, .02 good", 0},
     {"size", KEY_SIZE, "WxH", 0, "pixels (the scene's)", 0},
     {"set", KEY_SET, "materials/NAME/exponent=VALUE", 0,
-     "replace a Phong material's exponent (a Principled one's roughness), or move the camera: camera/shift=X,Y,Z in "
+     "replace a material's exponent or (roughness=) roughness, or move the camera: camera/shift=X,Y,Z in "
      "metres; may be given again",
      0},
     {"threads", KEY_THREADS, "N", 0, "threads (all cores); the picture does not depend on it", 0},

@@ -161,8 +161,8 @@ static void level_has_a_bound(void **state)
 
 static double parabola(int x, int y) { return .2 * x * x + 0 * y; }
 
-/* Cubic B-splines reproduce parabolas: half way between corners h/2 apart one of height a x^2 lies a (h/4)^2 below their
- * mean. A sharp cube is flat. */
+/* Cubic B-splines reproduce parabolas: half way between corners h/2 apart one of height a x^2 lies a (h/4)^2 below
+ * their mean. A sharp cube is flat. */
 static void bends_are_where_the_surface_bends(void **state)
 {
     (void)state;

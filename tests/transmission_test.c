@@ -89,8 +89,8 @@ static void floor_under_a_pane(void **state)
         }
 }
 
-/* A veil that reflects .2 and lets .5 pass diffusely has .7 of an even sky; lit from behind alone, by a glowing square of
- * half side 2 in 2 m, .5 of its form factor. */
+/* A veil that reflects .2 and lets .5 pass diffusely has .7 of an even sky; lit from behind alone, by a glowing square
+ * of half side 2 in 2 m, .5 of its form factor. */
 static void veil(void **state)
 {
     (void)state;
@@ -129,7 +129,8 @@ static void furnace(void **state)
         for (int k = 0; k < METHODS - 1; k++) {
             double sum = all(draw(&sky, (struct render_options){METHOD[k], .spp = 64}));
             if (k == 0 && rough) truth[0] = sum;
-            if (!(fabs(sum / truth[0] - 1) < (rough ? .03 : .005))) fail_msg("sky, method %d, rough %d: %g", k, rough, sum);
+            if (!(fabs(sum / truth[0] - 1) < (rough ? .03 : .005)))
+                fail_msg("sky, method %d, rough %d: %g", k, rough, sum);
         }
         assert_true(truth[0] > .9);
         model_free(&sky);
