@@ -50,8 +50,7 @@ class Method(NamedTuple):
 
 
 def methods(denoisers):
-    """All of them, by turns; auto where the program has it."""
-    everyone = (
+    return (
         Method("path", "path", unbiased=True), Method("path + OIDN", "path", denoised=True),
         Method("hsh", "hsh", presets=CACHES),
         Method("eas", "eas", presets=CACHES), Method("eas + OIDN", "eas", presets=CACHES, denoised=True),
@@ -61,7 +60,6 @@ def methods(denoisers):
         Method("Cycles + OIDN", presets=tuple(("--denoise", each) for each in denoisers)),
         Method("Cycles guided", arguments=("--guiding",), unbiased=True),
     )
-    return tuple(method for method in everyone if method.burnish != "auto" or run.knows("auto"))
 
 
 RIVAL = "Cycles + OIDN"  # what the others' times are divided by

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the stages on a scene of this folder, or on any .blend by its path: export, burnish, Cycles, compare. Each ends
 the script where it fails."""
-import functools
 import json
 import os
-import re
 import subprocess
 import sys
 
@@ -78,12 +76,6 @@ def burnish(scene, out, method, samples, threads, seed=0, assignments=(), more=(
            "--stats", stats, *(["--spp", str(samples)] if samples else []), *_set(assignments), *more], quiet)
     with open(stats, encoding="utf-8") as file:
         return json.load(file)
-
-
-@functools.cache
-def knows(method):
-    """Whether `burnish render` has it."""
-    return re.search(rf"--method=\S*\b{method}\b", _call([PROGRAM, "render", "--help"])) is not None
 
 
 def experiment(*arguments):
