@@ -39,7 +39,9 @@ struct lobe {
 struct brdf {
     rgb kd;      /* diffuse albedo: f = kd/pi (1 + flat + tilt t), t as in brdf_diffuse */
     float flat, tilt; /* 0: Lambert */
-    float3 unbent;    /* the mesh's normal where n is bent: such diffuse reflection is shadowed (brdf.c); 0: n isn't */
+    /* Where a texture bends the normal: the mesh's, which shadows diffuse reflection (brdf.c), and the bent one, which
+     * diffuse reflection goes by. 0: n is the mesh's. */
+    float3 unbent, bent;
     rgb kt;      /* diffuse transmission: f = kt/pi for wi on the other side */
     rgb through; /* share that passes straight on, which no function here samples; 0: opaque */
     int lobe_count;
@@ -109,7 +111,7 @@ static inline void brdf_clear(struct brdf *brdf)
 {
     brdf->kd = brdf->kt = brdf->through = (rgb){0};
     brdf->flat = brdf->tilt = 0;
-    brdf->unbent = (float3){0};
+    brdf->unbent = brdf->bent = (float3){0};
     brdf->lobe_count = 0;
 }
 

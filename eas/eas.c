@@ -16,9 +16,11 @@ struct eas eas_make(float3 origin, float3 position, float3 normal, rgb radiance,
         return eas;
     }
     float3 to_record = sub(origin, position);
-    float d2 = maxf(dot(to_record, to_record), 1e-12f);
-    to_record = scale(to_record, 1 / sqrtf(d2));
-    normal = normalize(normal);
+    float d2 = dot(to_record, to_record);
+    normal = dot(normal, normal) > 1e-38f ? normalize(normal) : vec3(0, 0, 1); /* means may cancel */
+    /* In a corner it may lie where the record is. */
+    to_record = d2 > EAS_NEAREST * EAS_NEAREST ? scale(to_record, 1 / sqrtf(d2)) : normal;
+    d2 = maxf(d2, EAS_NEAREST * EAS_NEAREST);
     float cos_alpha = dot(normal, to_record);
     if (!(cos_alpha > 0)) { /* a mean of normals that looks away: let it face the record */
         normal = to_record;

@@ -24,6 +24,8 @@ struct eas {
 static_assert(sizeof(struct eas) == 60, "written to files as it stands");
 
 #define EAS_GRAZING .1f
+/* m: nearer than this is no distance to divide by. */
+#define EAS_NEAREST 1e-15f
 /* The widest disc, tan(87 deg): a disc cannot fill the hemisphere. */
 #define EAS_MAX_TANGENT 20.0f
 /* The visibility gradient may uncover as much again as the record saw. */
@@ -37,7 +39,7 @@ static inline struct cap eas_seen(float3 position, float3 normal, float area, fl
                                   float infinite, float3 x)
 {
     float3 v = mad(position, x, infinite - 1);
-    float per_d2 = 1 / maxf(dot(v, v), 1e-12f);
+    float per_d2 = 1 / maxf(dot(v, v), EAS_NEAREST * EAS_NEAREST);
     v = scale(v, sqrtf(per_d2));
     float cos_alpha = -dot(normal, v);
     float tan2 = minf(area * maxf(cos_alpha, EAS_GRAZING) * per_d2, EAS_MAX_TANGENT * EAS_MAX_TANGENT);

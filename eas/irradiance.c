@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eas/irradiance.h"
 
+/* m: nearer than this is no distance to divide by. */
+#define LEAST_DISTANCE 1e-12f
+
 struct gather_grid gather_grid(int count)
 {
     /* Columns 4 times the rows: at the middle of the hemisphere (z = 1/2) a stratum's sides are then 1.15/rows
@@ -46,7 +49,7 @@ struct irradiance irradiance_of(const struct gather_sample *samples, struct gath
                 float3 u = to_world(frame, vec3(cosf(phi), sinf(phi), 0));
                 if (isfinite(r))
                     add_outer(out.translation, u, sub(s->radiance, above->radiance),
-                              d_phi * sin_above * z_above * z_above / maxf(r, 1e-6f));
+                              d_phi * sin_above * z_above * z_above / maxf(r, LEAST_DISTANCE));
             }
             /* Across the border to the column before: it moves at right angles to the border's direction. */
             const struct gather_sample *before = k > 0 ? s - 1 : s + grid.columns - 1;
@@ -54,7 +57,7 @@ struct irradiance irradiance_of(const struct gather_sample *samples, struct gath
             float3 v = to_world(frame, vec3(-sinf(phi), cosf(phi), 0));
             if (isfinite(r))
                 add_outer(out.translation, v, sub(s->radiance, before->radiance),
-                          (sin_below - sin_above) / maxf(r, 1e-6f));
+                          (sin_below - sin_above) / maxf(r, LEAST_DISTANCE));
         }
     }
     return out;

@@ -28,7 +28,7 @@ static void add_edge(const struct gather_sample *a, const struct gather_sample *
 {
     bool first = hides(a, b);
     if (!first && !hides(b, a)) return;
-    float near = maxf(first ? a->distance : b->distance, 1e-6f);
+    float near = maxf(first ? a->distance : b->distance, 1e-12f);
     struct occlusion *far = first ? of_b : of_a;
     float3 edge = scale(across, first ? length : -length);
     far->length = add(far->length, edge);

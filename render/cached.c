@@ -33,7 +33,7 @@ struct group {
     struct point point; /* the first; p, origin, n, wo and kd become sums */
     float3 origins[BATCH];
     int count;
-    bool averages; /* direct_averages at the first */
+    bool averages, near; /* direct_averages and direct_near at the first */
 };
 
 /* The group that the point joins. */
@@ -54,8 +54,11 @@ static struct group *group_of(const struct direct *direct, struct group groups[B
         return g;
     }
     struct group *g = &groups[(*group_count)++];
-    *g = (struct group){
-        .point = *point, .origins = {point->origin}, .count = 1, .averages = direct_averages(direct, point)};
+    *g = (struct group){.point = *point,
+                        .origins = {point->origin},
+                        .count = 1,
+                        .averages = direct_averages(direct, point),
+                        .near = !direct->points_only && !direct->sky && direct_near(direct->model, point)};
     return g;
 }
 
@@ -225,15 +228,20 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         /* The group has the lobes that are resolved. */
         int lobes = point.brdf.lobe_count, resolved = direct_sort(&point.brdf);
         point.brdf.lobe_count = resolved;
-        bool averages = group_of(&cached->direct, groups, &group_count, &point)->averages;
+        const struct group *group = group_of(&cached->direct, groups, &group_count, &point);
         point.brdf.lobe_count = lobes;
-        int averaged = averages ? resolved : 0, recorded = cached->fill->options.kind == FILL_DIFFUSE ? 0 : resolved;
+        int averaged = group->averages ? resolved : 0,
+            recorded = cached->fill->options.kind == FILL_DIFFUSE ? 0 : resolved;
         for (int k = i * SHADOW_RAYS; k < (i + 1) * SHADOW_RAYS; k++) {
             float2 on_lamp = sequence_point(lamp, k);
             /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself.
              */
             float u[3] = {((float)k + turn) / (float)lamps_count, on_lamp.x, on_lamp.y};
-            rgb light = direct_sample(&cached->direct, &point, u, averaged);
+            rgb light = direct_sample(&cached->direct, &point, u, averaged, group->near);
+            if (group->near) {
+                float v[2] = {rng_float(&rng), rng_float(&rng)};
+                light = add(light, direct_met(cached->model, &point, v));
+            }
             pixel->direct = mad(pixel->direct, light, 1.0f / SHADOW_RAYS);
         }
         rgb lamps = {0};

@@ -54,7 +54,42 @@ bool direct_averages(const struct direct *direct, const struct point *point)
 {
     if (point->brdf.lobe_count == 0) return true; /* nothing to average, and no lamp to look at for it */
     if (direct->points_only) return true;
-    return lights_widest(direct->model->lights, point->origin) < MOST_SOLID_ANGLE;
+    return !direct_near(direct->model, point);
+}
+
+bool direct_near(const struct model *model, const struct point *point)
+{
+    return lights_widest(model->lights, point->origin) >= MOST_SOLID_ANGLE;
+}
+
+rgb direct_met(const struct model *model, const struct point *point, const float u[static 2])
+{
+    const struct lights *lights = model->lights;
+    struct ray ray = {point->origin, cosine_direction(point->n, u)};
+    float pdf = dot(ray.dir, point->n) / PI, travelled = 0, pdf_light;
+    rgb met = {0}, nearer = {0}, passed = {1, 1, 1};
+    if (is_black(point->brdf.kd) || !(pdf > 0) || dot(ray.dir, point->ng) <= 0) return met;
+    while (!is_black(passed)) { /* straight through panes */
+        struct hit hit;
+        bool found = trace_closest(model->trace, ray.origin, ray.dir, INFINITY, &hit);
+        hit.t = found ? hit.t + travelled : INFINITY;
+        rgb lamps = lights_radiance_lamps(lights, point->origin, point->n, ray.dir, hit.t, pdf, NULL);
+        met = add(met, mul(passed, sub(lamps, nearer)));
+        nearer = lamps;
+        if (!found) {
+            rgb strong = lights_strong(lights, point->origin, point->n, ray.dir, &pdf_light);
+            met = add(met, scale(mul(passed, strong), mis_weight(pdf, pdf_light)));
+            break;
+        }
+        struct point at;
+        shade_point(model, ray, &hit, &at);
+        pdf_light = lights_pdf_hit(lights, point->origin, point->n, ray.dir, &hit, at.ng);
+        met = add(met, scale(mul(passed, at.emission), mis_weight(pdf, pdf_light)));
+        passed = mul(passed, at.brdf.through);
+        ray.origin = shade_origin(&at, ray.dir);
+        travelled = hit.t;
+    }
+    return mul(point->brdf.kd, met);
 }
 
 /* Parts of the lamps, as a point sees them. */
@@ -215,7 +250,7 @@ static void reflect_cells(const struct direct *direct, const struct point *point
 
 /* direct_sample on one side. */
 static rgb sample_side(const struct direct *direct, const struct point *point, bool beyond, const float u[static 3],
-                       int averaged)
+                       int averaged, bool near)
 {
     const struct brdf *brdf = &point->brdf;
     const struct side side = shade_side(point, beyond);
@@ -225,7 +260,8 @@ static rgb sample_side(const struct direct *direct, const struct point *point, b
     if (direct->points_only && light.pdf > 0) return sum;
     float cosine = dot(light.wi, side.n);
     if (cosine <= 0 || dot(light.wi, side.ng) <= 0) return sum;
-    if (beyond || !direct->sky) sum = scale(mul(light.weight, beyond ? brdf->kt : brdf->kd), cosine / PI);
+    if (beyond) sum = scale(mul(light.weight, brdf->kt), cosine / PI);
+    else if (!direct->sky) sum = scale(mul(light.weight, brdf->kd), cosine / PI * direct_weight(near, &light, cosine));
     for (int i = averaged; i < brdf->lobe_count; i++) {
         const struct lobe *lobe = &brdf->lobes[i];
         float pdf = lobe_pdf(lobe, point->n, point->wo, light.wi);
@@ -237,14 +273,15 @@ static rgb sample_side(const struct direct *direct, const struct point *point, b
     return mul(sum, pane_transmittance(direct->model, side.origin, light.wi, light.reach));
 }
 
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged)
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged,
+                  bool near)
 {
     const struct brdf *brdf = &point->brdf;
     rgb sum = {0};
     if (direct->idle) return sum;
     if (averaged < brdf->lobe_count || (!direct->sky && !is_black(brdf->kd)))
-        sum = sample_side(direct, point, false, u, averaged);
-    return brdf_spreads(brdf) ? add(sum, sample_side(direct, point, true, u, averaged)) : sum;
+        sum = sample_side(direct, point, false, u, averaged, near);
+    return brdf_spreads(brdf) ? add(sum, sample_side(direct, point, true, u, averaged, false)) : sum;
 }
 
 /* Alike points that look at cells; `point` is their mean. */

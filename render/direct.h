@@ -27,7 +27,7 @@ struct direct {
     float3 *places;
     float sky_flux;                            /* luminance, W/m2 on a surface that faces all of it */
     uint16_t (*neighbours)[DIRECT_NEIGHBOURS]; /* of each cell */
-    bool points_only, idle;                    /* lamps that rays can hit are in the records; idle: there are no others */
+    bool points_only, idle;                    /* lamps that rays can hit are in the records; there are no others */
 };
 
 /* What shadow rays to each cell have found from points near by: they go where that is in doubt. It changes the noise of
@@ -50,14 +50,29 @@ bool direct_resolves(const struct lobe *lobe);
 /* Moves the lobes that are resolved to the front. Returns how many they are. */
 int direct_sort(struct brdf *brdf);
 
+/* Whether a lamp is so near that samples of it by area leave the diffuse part noisy and its rare large ones decide: it
+ * fills 1 sr or more. Then direct_met shares the work by MIS. */
+bool direct_near(const struct model *model, const struct point *point);
+
+/* The diffuse part's weight of a lamp sample, against direct_met where the lamp is near: 1 elsewhere. */
+static inline float direct_weight(bool near, const struct light_sample *light, float cosine)
+{
+    return near && light->pdf > 0 ? mis_weight(light->pdf, cosine / PI) : 1;
+}
+
+/* What the diffuse part reflects of lamps that a ray by the cosine meets (u: two numbers in [0, 1)), with its MIS
+ * weight against lights_sample. */
+rgb direct_met(const struct model *model, const struct point *point, const float u[static 2]);
+
 /* Whether direct_light averages the resolved lobes at this point over cells of the lamps: no lamp is so near that a
  * cell of it is wider. If not, direct_sample and a ray by each lobe share the work by MIS, as for all other lobes. */
 bool direct_averages(const struct direct *direct, const struct point *point);
 
 /* The light of one lamp sample (u: three numbers in [0, 1)) with its shadow ray, and of one beyond the surface where it
- * transmits, by the parts that direct_light leaves out: `averaged` of the point's lobes, sorted, are its. Lobes have
- * the MIS weight against sampling each. */
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged);
+ * transmits, by the parts that direct_light leaves out: `averaged` of the point's lobes, sorted, are its; near:
+ * direct_near. Lobes have the MIS weight against sampling each. */
+rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged,
+                  bool near);
 
 /* The light of alike points at their mean, whose lobes are all resolved: under an environment alone the diffuse part,
  * and the lobes where `averages`. `origins`: where the points' rays start, `count` of them; shadow rays leave them in

@@ -158,12 +158,13 @@ static void summarise(struct emitter *e)
 }
 
 bool emitter_build(const struct scene *scene, const struct textures *textures, const struct scene_object *object,
-                   const struct trace_object *placed, struct emitter *emitter)
+                   const struct trace_object *placed, float scene_radius, struct emitter *emitter)
 {
     struct emitter *e = emitter;
     const struct triangles *t = placed->triangles;
     *e = (struct emitter){
-        .textures = *textures, .placed = placed, .mirrored = transform_determinant(placed->transform) < 0};
+        .textures = *textures, .placed = placed, .mirrored = transform_determinant(placed->transform) < 0,
+        .scene_radius = scene_radius};
     uint32_t count = 0;
     for (uint32_t i = 0; i < t->triangle_count; i++) count += material_of(scene, object, t->slots[i]) != NULL;
     if (count == 0) return true;
@@ -332,7 +333,7 @@ bool emitter_sample(const struct emitter *emitter, float3 p, const float u[stati
     if (side < 0 ? !t->front : side == 0 || !t->back) return false;
     /* From outside a closed emitter its nearer fronts hide all its backs: no shadow ray needed to know. */
     if (side > 0 && e->closed && !in_slabs(e, p)) return false;
-    to = sub(trace_offset(q, side > 0 ? scale(ng, -1) : ng), p);
+    to = sub(trace_offset(q, side > 0 ? scale(ng, -1) : ng, e->scene_radius), p);
     float d2 = dot(to, to);
     *distance = sqrtf(d2);
     *wi = scale(to, 1 / *distance);

@@ -28,7 +28,7 @@ struct emitter {
     bool closed;     /* a closed surface, all of which shines */
     bool front, back; /* some triangle shines from that side */
     float3 centre;   /* of a sphere about it */
-    float radius;
+    float radius, scene_radius; /* m; the scene's: trace_radius */
     float low[EMITTER_SLABS], high[EMITTER_SLABS]; /* its extents along 13 directions (a k-DOP), world */
     bool flat;                                     /* all face the same way: */
     float3 normal;                                 /* that way, and */
@@ -38,7 +38,7 @@ struct emitter {
 /* Gathers the emitting triangles of an object; count 0 where it has none. Borrows all that it is given. False where
  * memory runs out. */
 bool emitter_build(const struct scene *scene, const struct textures *textures, const struct scene_object *object,
-                   const struct trace_object *placed, struct emitter *emitter);
+                   const struct trace_object *placed, float scene_radius, struct emitter *emitter);
 void emitter_free(struct emitter *emitter);
 
 /* About the irradiance (luminance) at p on a surface with normal n, shadows apart; 0 only where none can arrive. */

@@ -10,12 +10,10 @@
 #include "render/record.h"
 #include "render/surfaces.h"
 
-/* Places over all surfaces: no more than so many, and enough once less than UNCOVERED of a large round want records. */
+/* Places over all surfaces: no more than so many, and enough once less than UNCOVERED of a large round want records:
+ * what is left open, by area, is traced. */
 enum { FIRST_ROUND = 64, LEAST_LAST_ROUND = 1024, MOST_PLACES = 1 << 24 };
-#define UNCOVERED .001f
-
-/* What stands for a pixel's width where there is no camera, in radii of the scene. */
-#define SURFACE_PIXEL (1 / 256.0f)
+#define UNCOVERED .005f
 
 /* Each round looks at this share more pixels than all before. */
 #define ROUND_GROWTH .2f
@@ -105,6 +103,13 @@ static bool find_places(const struct model *model, bool surfaces, struct places 
     return places->pixels != NULL;
 }
 
+/* What stands for a pixel's width where there is no camera: that of a picture of the whole scene, m. */
+static float surface_pixel(const struct model *model)
+{
+    const struct scene_camera *camera = &model->scene->camera;
+    return 2 * model->radius / (float)(camera->width > camera->height ? camera->width : camera->height);
+}
+
 /* Makes the records of the first `wanted` drafts, and inserts them in their order; meanwhile progress goes from..to. */
 static bool make_records(const struct model *model, struct draft *drafts, uint32_t wanted,
                          struct record_scratch *scratch, struct progress *progress, double from, double to,
@@ -114,7 +119,7 @@ static bool make_records(const struct model *model, struct draft *drafts, uint32
     uint32_t finished = 0;
 #pragma omp parallel for schedule(dynamic, 1)
     for (uint32_t i = 0; i < wanted; i++) {
-        float pixel = drafts[i].anywhere ? model->radius * SURFACE_PIXEL
+        float pixel = drafts[i].anywhere ? surface_pixel(model)
                                          : camera_pixel_width(&model->scene->camera, drafts[i].point.p);
         record_make(model, &fill->bounced, fill->tables, fill->hsh, pixel, fill->options.seed, fill_records(fill) + i,
                     &scratch[omp_get_thread_num()], &drafts[i]);

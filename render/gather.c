@@ -12,8 +12,6 @@ enum { MAX_DEPTH = 32 };
 /* Lamp samples on a glossy surface: CANDIDATES x CANDIDATES for one shadow ray. Shadow rays where the first ray of a
  * chain ends, under an environment that lights from many sides. */
 enum { CANDIDATES = 3, SKY_RAYS = 4 };
-/* Where a lamp fills more of what a point sees, sr, lobes are too narrow to be averaged over parts of it. */
-#define MOST_SOLID_ANGLE 1.0f
 
 /* What stays the same along a chain of rays, and where its light goes. */
 struct chain {
@@ -48,9 +46,10 @@ struct lamp_light {
 };
 
 /* One of `count` lamp samples on a side of the surface: its lobes averaged, where that is wanted and they are resolved,
- * over the part of the lamps that it stands for, or with the MIS weight against sampling each. False: none arrives. */
+ * over the part of the lamps that it stands for, or with the MIS weight against sampling each; near: direct_near on
+ * this side. False where none arrives. */
 static bool candidate(const struct model *model, const struct point *point, const struct side *side, bool averages,
-                      int count, const float u[static 3], struct lamp_light *out)
+                      bool near, int count, const float u[static 3], struct lamp_light *out)
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
@@ -59,7 +58,8 @@ static bool candidate(const struct model *model, const struct point *point, cons
     if (cosine <= 0 || dot(light.wi, side->ng) <= 0) return false;
     rgb diffuse = dot(light.wi, point->n) > 0 ? brdf->kd : brdf->kt;
     *out = (struct lamp_light){
-        .diffuse = scale(mul(light.weight, diffuse), cosine / PI), .wi = light.wi,
+        .diffuse = scale(mul(light.weight, diffuse), cosine / PI * direct_weight(near, &light, cosine)),
+        .wi = light.wi,
         .distance = light.distance,
         .reach = light.reach};
     for (int i = 0; i < brdf->lobe_count; i++) {
@@ -75,7 +75,7 @@ static bool candidate(const struct model *model, const struct point *point, cons
 /* Light of the lamps at a point by one shadow ray. On glossy surfaces it goes to one of CANDIDATES lamp samples, chosen
  * by the light that they would reflect, and stands for all of them (resampling, Talbot et al. 2005): a highlight then
  * has noise in its shadows alone. False where nothing arrives. */
-static bool lamp_light(const struct model *model, const struct point *point, bool beyond, bool averages,
+static bool lamp_light(const struct model *model, const struct point *point, bool beyond, bool averages, bool near,
                        struct rng *rng, struct lamp_light *out)
 {
     struct side from = shade_side(point, beyond);
@@ -87,7 +87,7 @@ static bool lamp_light(const struct model *model, const struct point *point, boo
         float u[3] = {turn < 1 ? turn : turn - 1, ((float)(i / side) + u1) / (float)side,
                       ((float)(i % side) + u2) / (float)side};
         struct lamp_light light;
-        if (!candidate(model, point, &from, averages, count, u, &light)) continue;
+        if (!candidate(model, point, &from, averages, near && !beyond, count, u, &light)) continue;
         float value = luminance(add(light.diffuse, light.specular));
         if (value <= 0) continue;
         sum += value;
@@ -203,16 +203,20 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
     float survive = depth == 0 ? 1 : minf(total, .95f);
 
     struct lamp_light lamp;
-    bool averages = lights_widest(chain->model->lights, point->origin) < MOST_SOLID_ANGLE;
+    bool near = direct_near(chain->model, point), averages = !near;
     int shadow_rays = depth == 0 && lights_environment(chain->model->lights) ? SKY_RAYS : 1;
     int sides = brdf_spreads(brdf) ? 2 : 1;
     for (int i = 0; i < sides * shadow_rays; i++) {
-        if (!lamp_light(chain->model, point, i % sides, averages, chain->rng, &lamp)) continue;
+        if (!lamp_light(chain->model, point, i % sides, averages, near, chain->rng, &lamp)) continue;
         rgb share = scale(throughput, 1 / (float)shadow_rays);
         add_light(chain, mul(share, lamp.diffuse), own, before);
         if (depth == 0 && i % sides == 0) chain->out->caustic = add(chain->out->caustic, mul(share, lamp.specular));
         add_light(chain, mul(share, lamp.specular), false,
                   depth == 0 ? image_distance(chain, before, lamp.distance) : before);
+    }
+    if (near) {
+        float u[2] = {rng_float(chain->rng), rng_float(chain->rng)};
+        add_light(chain, mul(throughput, direct_met(chain->model, point, u)), own, before);
     }
     if (total <= 0 || rng_float(chain->rng) >= survive) return;
     float pick = rng_float(chain->rng) * total;

@@ -93,7 +93,7 @@ float lamp_irradiance(const struct lamp *lamp, float3 p, float3 n)
         float s = sqrtf(maxf(1 - c * c, 0)), nearest = c >= cosine ? 1 : c * cosine + s * sine;
         if (nearest < lamp->cos_cone) return 0;
     }
-    return light * (r > 0 ? PI * r * r : 1) * bound / maxf(d * d, maxf(r * r, 1e-12f));
+    return light * (r > 0 ? PI * r * r : 1) * bound / maxf(d * d, maxf(r * r, 1e-30f));
 }
 
 float lamp_power(const struct lamp *lamp, float radius)

@@ -23,13 +23,13 @@ struct lights {
     struct environment environment;
 };
 
-static bool build_emitters(struct lights *lights, const struct textures *textures)
+static bool build_emitters(struct lights *lights, const struct textures *textures, float radius)
 {
     const struct scene *scene = lights->scene;
     for (int i = 0; i < scene->object_count; i++) {
         struct emitter *emitter = &lights->emitters[lights->emitter_count];
         lights->emitter_of[i] = -1;
-        if (!emitter_build(scene, textures, &scene->objects[i], &lights->objects[i], emitter)) return false;
+        if (!emitter_build(scene, textures, &scene->objects[i], &lights->objects[i], radius, emitter)) return false;
         if (emitter->strength > 0) lights->emitter_of[i] = lights->emitter_count++;
         else emitter_free(emitter);
     }
@@ -65,7 +65,7 @@ static bool build(struct lights *lights, const struct textures *textures, float 
     if (!lights->lamps || !lights->emitters || !lights->emitter_of) return false;
     for (int i = 0; i < scene->light_count; i++)
         lights->lamp_count += lamp_make(&scene->lights[i], &lights->lamps[lights->lamp_count]);
-    if (!build_emitters(lights, textures)) return false;
+    if (!build_emitters(lights, textures, radius)) return false;
     if (!environment_build(&scene->world, textures, &lights->environment)) return false;
     lights->count = lights->lamp_count + lights->emitter_count + (lights->environment.strong_flux > 0);
     return lights->count <= WEIGHED || build_chances(lights, radius);
@@ -126,14 +126,14 @@ float lights_widest(const struct lights *lights, float3 p)
     for (int i = 0; i < lights->lamp_count; i++) {
         const struct lamp *lamp = &lights->lamps[i];
         float3 to = sub(lamp->centre, p);
-        float d = maxf(length(to), 1e-6f);
+        float d = maxf(length(to), 1e-15f);
         if (lamp->type == LIGHT_AREA)
             widest = maxf(widest, solid_angle(lamp->radius, d, fabsf(dot(to, lamp->axis)) / d));
     }
     for (int i = 0; i < lights->emitter_count; i++) {
         const struct emitter *e = &lights->emitters[i];
         float3 to = sub(e->centre, p);
-        float d = maxf(length(to), 1e-6f);
+        float d = maxf(length(to), 1e-15f);
         widest = maxf(widest, solid_angle(e->radius, d, e->flat ? fabsf(dot(to, e->normal)) / d : INFINITY));
     }
     return widest;

@@ -9,6 +9,7 @@
 struct point {
     float3 p;                  /* world, on the triangle */
     float3 origin;             /* p moved off the triangle: rays leave here, and lights are asked from here */
+    float3 beyond;             /* the same on the other side */
     float3 n;                  /* shading normal, on ng's side; n.wo > 0 unless the surface is diffuse alone */
     float3 ng;                 /* geometric normal, on the viewer's side */
     float3 wo;                 /* to the viewer */
@@ -30,7 +31,7 @@ bool shade_may_pass(const struct model *model, const struct hit *hit);
 /* Where a ray leaves a point along dir, on either side of the surface. */
 static inline float3 shade_origin(const struct point *point, float3 dir)
 {
-    return dot(point->ng, dir) >= 0 ? point->origin : trace_offset(point->p, scale(point->ng, -1));
+    return dot(point->ng, dir) >= 0 ? point->origin : point->beyond;
 }
 
 /* How the shading normal turns along the point's triangle, 1/m: the mean curvature, positive where the surface bulges
@@ -47,7 +48,7 @@ static inline struct side shade_side(const struct point *point, bool beyond)
 {
     if (!beyond) return (struct side){point->origin, point->n, point->ng};
     float3 ng = scale(point->ng, -1);
-    return (struct side){trace_offset(point->p, ng), scale(point->n, -1), ng};
+    return (struct side){point->beyond, scale(point->n, -1), ng};
 }
 
 /* Direct light from lamps at a point by one lights_sample with its shadow ray on the viewer's side and, where the

@@ -7,7 +7,7 @@
 #include "render/transform.h"
 
 /* Diffuse walks that look for a way out, and points of each. */
-enum { WALKS = 4, STEPS = 16, SEED_WALK = 501 };
+enum { WALKS = 2, STEPS = 8, SEED_WALK = 501 };
 
 static float area(const struct trace_object *object, uint32_t triangle)
 {

@@ -213,10 +213,10 @@ void trace_shadows(const struct trace *trace, const struct shadow_ray *rays, int
 }
 
 /* One coordinate, moved by 64 ulps along n (a quarter of the chapter's: of random triangles up to 50 m, instanced ones
- * too, at most 1e-4 of the rays still hit their own); near the origin, where ulps vanish, by n / 2^18. */
-static inline float offset_coordinate(float p, float n)
+ * too, at most 1e-4 of the rays still hit their own); near the origin, where ulps vanish, by n / 2^18 of `unit`. */
+static inline float offset_coordinate(float p, float n, float unit)
 {
-    if (fabsf(p) < 1.0f / 32) return p + n * 0x1p-18f;
+    if (fabsf(p) < unit / 32) return p + n * unit * 0x1p-18f;
     int32_t bits;
     memcpy(&bits, &p, sizeof bits);
     int32_t steps = (int32_t)(64 * n);
@@ -225,9 +225,11 @@ static inline float offset_coordinate(float p, float n)
     return p;
 }
 
-float3 trace_offset(float3 p, float3 ng)
+float3 trace_offset(float3 p, float3 ng, float radius)
 {
-    return vec3(offset_coordinate(p.x, ng.x), offset_coordinate(p.y, ng.y), offset_coordinate(p.z, ng.z));
+    float unit = minf(radius, 1);
+    return vec3(offset_coordinate(p.x, ng.x, unit), offset_coordinate(p.y, ng.y, unit),
+                offset_coordinate(p.z, ng.z, unit));
 }
 
 float trace_radius(const struct trace *trace)

@@ -54,8 +54,8 @@ struct shadow_ray {
 void trace_shadows(const struct trace *trace, const struct shadow_ray *rays, int count, bool *occluded);
 
 /* p moved off its surface along the geometric normal ng (on the side where the ray leaves) by a few of its own ulps.
- * Wächter and Binder, Ray Tracing Gems, chapter 6. */
-float3 trace_offset(float3 p, float3 ng);
+ * Wächter and Binder, Ray Tracing Gems, chapter 6. radius: trace_radius, by which it is less in scenes below 1 m. */
+float3 trace_offset(float3 p, float3 ng, float radius);
 
 /* Half the diagonal of the box about all objects, m; 0 for none. */
 float trace_radius(const struct trace *trace);

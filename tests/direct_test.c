@@ -57,12 +57,13 @@ static float rendered_after(const struct model *model, const struct mean_brdf *t
     struct sequence lamp = sequence_draw(&rng, 16);
     struct point wide = *point;
     wide.brdf.lobe_count = direct_sort(&wide.brdf);
-    bool averages = direct_averages(&direct, &wide);
+    bool averages = direct_averages(&direct, &wide), near = direct_near(model, point);
     rgb sum = {0};
     for (int i = 0; i < 16; i++) {
         float2 on_lamp = sequence_point(lamp, i);
         float u[3] = {((float)i + rng_float(&rng)) / 16, on_lamp.x, on_lamp.y};
-        sum = mad(sum, direct_sample(&direct, point, u, averages ? wide.brdf.lobe_count : 0), 1.0f / 16);
+        sum = mad(sum, direct_sample(&direct, point, u, averages ? wide.brdf.lobe_count : 0, near), 1.0f / 16);
+        if (near) sum = mad(sum, direct_met(model, point, u + 1), 1.0f / 16);
     }
     sum = add(sum, direct_light(&direct, &wide, averages, &point->origin, 1, 64, memory ? memory : &none, &rng));
     direct_free(&direct);
@@ -140,6 +141,25 @@ static void remembered(void **state)
     assert_float_equal(under_sky(*state, true, true, &after), part, .004f * part);
 }
 
+/* A floor 2 cm under the lamp, which nearly fills what it sees: 100 pixels within 1 % of the light, each within 10 %.
+ * By lamp samples alone a pixel has two thirds of it, or more than all. */
+static void close_to_a_lamp(void **state)
+{
+    struct stage *s = lamp_over_floor(.5f, 0, 0, RADIANCE);
+    add_quad(s, vec3(0, 0, 1.48f), vec3(.2f, 0, 0), vec3(0, .2f, 0), grey(.5f, 0, 0, 0));
+    struct model model = build(s);
+    struct point point = floor_point(&model, vec3(-.1f, 0, 1.49f), vec3(0, 0, 1.48f));
+    double truth = .5 * RADIANCE, sum = 0; /* but for 1.6e-3 of what is beside the lamp */
+    assert_true(direct_near(&model, &point));
+    for (uint64_t seed = 0; seed < 100; seed++) {
+        float light = rendered(&model, *state, &point, seed);
+        assert_float_equal(light / truth, 1, .1f);
+        sum += (double)light / 100;
+    }
+    assert_float_equal(sum / truth, 1, .01f);
+    end(s, &model);
+}
+
 /* A lobe too narrow for the cells: the share left to light sampling is the MIS-weighted one, so less than all. */
 static void unresolved(void **state)
 {
@@ -156,14 +176,16 @@ static void unresolved(void **state)
 /* Light too faint for single precision, as far off a lobe, is a number. */
 static void faint(void **state)
 {
-    struct stage *s = lamp_over_floor(0, .5f, 20, 1e-40f);
-    struct model model = build(s);
-    struct point point = floor_point(&model, vec3(-1.5f, .2f, 1.4f), vec3(0, 0, 0));
-    for (uint64_t seed = 1; seed <= 3; seed++) {
-        float light = rendered(&model, *state, &point, seed);
-        assert_true(light >= 0 && light < 1e-30f);
+    for (int k = 0; k < 12; k++) {
+        struct stage *s = lamp_over_floor(0, .5f, 20, powf(10, -33 - (float)k));
+        struct model model = build(s);
+        struct point point = floor_point(&model, vec3(-1.5f, .2f, 1.4f), vec3(.3f * (float)k, 0, 0));
+        for (uint64_t seed = 1; seed <= 3; seed++) {
+            float light = rendered(&model, *state, &point, seed);
+            assert_true(light >= 0 && light < 1e-30f);
+        }
+        end(s, &model);
     }
-    end(s, &model);
 }
 
 /* A lamp closed on all sides, seen from outside: its backs don't count, whatever the strategy. A sphere would do; a
@@ -210,6 +232,7 @@ int main(void)
     const struct CMUnitTest tests[] = {cmocka_unit_test(unshadowed),
                                        cmocka_unit_test(half_shadowed),
                                        cmocka_unit_test(remembered),
+                                       cmocka_unit_test(close_to_a_lamp),
                                        cmocka_unit_test(unresolved),
                                        cmocka_unit_test(faint),
                                        cmocka_unit_test(closed_emitter),

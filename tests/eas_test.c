@@ -171,6 +171,34 @@ static void many(void **state)
     }
 }
 
+/* In a corner the mean of a group's hits may lie where the record is, and means of normals look away or cancel: the
+ * EAS's normal is unit all the same, its cap no wider than a disc's. */
+static void in_a_corner(void **state)
+{
+    (void)state;
+    const float3 record = {1, 2, 3}, normals[] = {{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {0, 0, 0}, {0, 1e-20f, 0}};
+    for (int k = 0; k < 5; k++)
+        for (float d = 0; d < 1; d = d > 0 ? 10 * d : 1e-16f) {
+            struct eas eas = eas_make(record, add(record, vec3(0, 0, d)), normals[k], vec3(1, 1, 1), .5f, false);
+            assert_float_equal(length(eas.normal), 1, 1e-5f);
+            struct cap cap = eas_translate(&eas, record);
+            assert_true(eas.area >= 0 && cap.omega >= 0 && cap.omega < 2 * PI);
+        }
+}
+
+/* What is seen doesn't depend on the unit of length. */
+static void any_scale(void **state)
+{
+    (void)state;
+    const float3 position = {.5f, .2f, 1}, normal = {.1f, .3f, -1}, x = {.1f, -.2f, .1f};
+    struct eas eas = eas_make(vec3(0, 0, 0), position, normal, vec3(1, 1, 1), .1f, false);
+    float expected = eas_translate(&eas, x).omega;
+    for (float unit = 1e-9f; unit < 1e10f; unit *= 10) {
+        eas = eas_make(vec3(0, 0, 0), scale(position, unit), normal, vec3(1, 1, 1), .1f, false);
+        assert_float_equal(eas_translate(&eas, scale(x, unit)).omega, expected, 1e-5f);
+    }
+}
+
 static int setup(void **state) { return (*state = mean_brdf_build()) ? 0 : -1; }
 static int teardown(void **state) { return mean_brdf_free(*state), 0; }
 
@@ -179,6 +207,7 @@ int main(void)
     const struct CMUnitTest tests[] = {cmocka_unit_test(identity_at_record), cmocka_unit_test(translation_of_a_disc),
                                        cmocka_unit_test(bounded_nearby),     cmocka_unit_test(empty_from_behind),
                                        cmocka_unit_test(infinity_unmoved),   cmocka_unit_test(uncovered),
-                                       cmocka_unit_test(reflected),          cmocka_unit_test(many)};
+                                       cmocka_unit_test(reflected),          cmocka_unit_test(many),
+                                       cmocka_unit_test(in_a_corner),        cmocka_unit_test(any_scale)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }

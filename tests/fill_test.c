@@ -91,8 +91,38 @@ static void furnace(void **state)
     end(s, &model);
 }
 
+/* Over all surfaces, of a floor and of a cube, whose inside gets none: zones by the size of a picture of it all. */
+static void over_surfaces(void **state)
+{
+    (void)state;
+    uint64_t records[2];
+    for (int k = 0; k < 2; k++) {
+        struct stage *s = new_floor();
+        add_cube(s, .4f, grey(.5f, .3f, 20, 0));
+        add_light(s, MESH);
+        s->scene.camera.width = s->scene.camera.height = k ? 256 : 64;
+        s->scene.camera.transform[11] = 1; /* not in the cube */
+        struct model model = build(s);
+        struct progress quiet = {.quiet = true};
+        struct fill_options options = {.kind = FILL_EAS, .surfaces = true};
+        struct fill fill;
+        char error[SCENE_ERROR];
+        assert_true(fill_build(&model, &options, &quiet, &fill, error));
+        records[k] = fill_records(&fill);
+        for (uint32_t i = 0; i < fill.glossy.zones.count; i++) {
+            float3 p = fill.glossy.zones.zones[i].p, n = fill.glossy.zones.zones[i].n;
+            bool on_cube = max3(vec3(fabsf(p.x), fabsf(p.y), fabsf(p.z))) < .41f;
+            assert_true(!on_cube || dot(p, n) > 0);
+        }
+        fill_free(&fill);
+        end(s, &model);
+    }
+    assert_true(records[0] > 50 && 1.2 * (double)records[0] < (double)records[1]);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(lamps_in_records), cmocka_unit_test(furnace)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(lamps_in_records), cmocka_unit_test(furnace),
+                                       cmocka_unit_test(over_surfaces)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -81,6 +81,27 @@ static void even_sky(void **state)
     end(s, &model);
 }
 
+/* A square lamp over a floor beside a wall: light doesn't depend on the unit of length. At 1e-5 a ray's
+ * start 4 micrometres off its surface would be a quarter of the way to the lamp. */
+static void any_scale(void **state)
+{
+    (void)state;
+    float expected = 0;
+    for (float unit = 1; unit > 1e-8f; unit *= 1e-2f) {
+        struct stage *s = new_stage();
+        struct scene_material lamp = grey(0, 0, 0, 5);
+        lamp.emission_back = false;
+        add_quad(s, vec3(0, 0, unit), vec3(0, .5f * unit, 0), vec3(.5f * unit, 0, 0), lamp);
+        add_quad(s, vec3(0, 0, 0), vec3(2 * unit, 0, 0), vec3(0, 2 * unit, 0), grey(.5f, .3f, 20, 0));
+        add_quad(s, vec3(0, .8f * unit, 0), vec3(2 * unit, 0, 0), vec3(0, 0, -2 * unit), grey(.5f, 0, 0, 0));
+        struct model model = build(s);
+        float sum = look(&model, scale(vec3(.9f, 0, .9f), unit), vec3(-.8f, .1f, -.9f), 4000, NULL);
+        if (unit == 1) expected = sum;
+        assert_float_equal(sum / expected, 1, .002f);
+        end(s, &model);
+    }
+}
+
 /* A disc of radius r at height h above a point lights it with pi L r2 / (r2 + h2); a polygon of 64 corners is one but
  * for 1/600 of its area. What is not direct is nothing. */
 static void disc_emitter(void **state)
@@ -265,8 +286,8 @@ static void pulled_normals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(closed_furnace), cmocka_unit_test(even_sky),       cmocka_unit_test(disc_emitter),
-        cmocka_unit_test(two_strategies), cmocka_unit_test(no_leaks),       cmocka_unit_test(instances),
-        cmocka_unit_test(incident),       cmocka_unit_test(pulled_normals)};
+        cmocka_unit_test(closed_furnace), cmocka_unit_test(even_sky),       cmocka_unit_test(any_scale),
+        cmocka_unit_test(disc_emitter),   cmocka_unit_test(two_strategies), cmocka_unit_test(no_leaks),
+        cmocka_unit_test(instances),      cmocka_unit_test(incident),       cmocka_unit_test(pulled_normals)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

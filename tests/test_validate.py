@@ -97,6 +97,13 @@ def test_ratios_of_blocks():
     assert numpy.allclose(pictures.ratio_colour(numpy.float32([1])), 1)
 
 
+def test_exposure_does_not_follow_noise():
+    """A picture of .075 all over needs two stops, and so it does where one pixel in ten holds all of the light."""
+    flat = numpy.full((64, 64, 3), .075, numpy.float32)
+    noisy = 10 * flat * (numpy.random.default_rng(5).random((64, 64, 1), numpy.float32) < .1)
+    assert pictures.stops(flat) == pictures.stops(noisy) == 2
+
+
 def test_rounding_keeps_the_mean_and_eight_bits():
     values = numpy.float32(numpy.geomspace(1e-3, 3e4, 200))
     tries = numpy.stack([pictures.round_bits(values, seed) for seed in range(2000)])

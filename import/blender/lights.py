@@ -7,7 +7,7 @@ import numpy as np
 
 import nodes
 from colours import Inputs
-from placement import rigid
+from placement import FARTHEST, rigid
 from scenefile import number, numbers, transform
 
 MINIMUM_SPREAD = math.radians(1)
@@ -81,6 +81,9 @@ def export_light(scene_file, instance):
         along = np.linalg.norm(x), np.linalg.norm(y)
         size = [light.size * along[0], size_y * along[1]]
         ellipse = light.shape in ("DISK", "ELLIPSE")
+        if max(size) > FARTHEST:
+            note(f"is larger than {FARTHEST:g} m: left out")
+            return
         if min(size) < MINIMUM_SIZE:
             note("has no size, so that it emits nothing: left out")
             return

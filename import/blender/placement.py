@@ -5,9 +5,17 @@ import math
 import numpy as np
 from mathutils import Matrix
 
+FARTHEST = 1e9  # m
+
 
 def is_finite(matrix):
     return all(math.isfinite(value) for row in matrix for value in row)
+
+
+def is_enormous(corners, matrix):
+    """True where a box (local corners) placed by a matrix reaches farther than single precision can trace."""
+    reach = abs(np.array(corners) @ np.array(matrix)[:3, :3].T + np.array(matrix)[:3, 3])
+    return bool((np.isfinite(reach) & (reach > FARTHEST)).any())
 
 
 def is_singular(matrix):

@@ -16,7 +16,7 @@ bool gathering_make(const struct model *model, const struct diffuse_cache *bounc
     g->mirrored = malloc(g->count * sizeof *g->mirrored);
     if (!g->surface || !g->mirrored) return false;
     float omega = 2 * PI / (float)g->count;
-    float3 origin = trace_offset(p, n);
+    float3 origin = trace_offset(p, n, model->radius);
 #pragma omp parallel for schedule(dynamic, 64)
     for (uint32_t i = 0; i < g->count; i++) {
         struct rng rng = rng_seed(seed, SEED_GATHERING, i);

@@ -219,6 +219,7 @@ SETUPS = {
     "normal map": bumped("NormalMap", GLOSSY, Strength=.3),
     "bump": bumped("Bump", DIFFUSE, Strength=.6, Distance=.15),
     "steep bump": bumped("Bump", DIFFUSE, Strength=1, Distance=.6),
+    "steep bump of principled": bumped("Bump", principled(Roughness=.5), Strength=1, Distance=.9),
     "noise": into("TexNoise", "Color", Scale=2, output="Color"),
     "voronoi roughness": into("TexVoronoi", "Roughness", GLOSSY, "Distance", Scale=2),
     "wave mix": mixed(RED, GLOSSY, output_of("TexWave", "Fac", Scale=1)),
