@@ -41,8 +41,8 @@ struct render_stats {
 /* The caches that the method needs. */
 struct fill_options render_fill(const struct render_options *options);
 
-/* Renders samples into a film that is there; `cached` NULL: by path tracing. */
-void render_samples(const struct model *model, const struct cached *cached, int spp, uint64_t seed,
+/* Renders samples into a film that is there, at one pixel of `stride` in each row; `cached` NULL: by path tracing. */
+void render_samples(const struct model *model, const struct cached *cached, int spp, uint64_t seed, int stride,
                     struct progress *progress, struct film *film);
 
 /* Renders into film (allocated here; the caller frees) from caches that render_fill asked for, or by path tracing where
