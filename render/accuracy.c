@@ -46,33 +46,39 @@ static bool pilot_noise(const struct model *model, struct cached *cached, uint64
     return ok;
 }
 
+static bool few_samples(const struct render_options *options, int few)
+{
+    return options->noise * options->noise <= few * options->error * options->error;
+}
+
 bool accuracy_choose(const struct model *model, struct render_options *options, struct progress *progress)
 {
-    double noise;
     if (options->method != RENDER_AUTO) return true;
     if (!(options->error > 0) || options->lamps_in_records || options->over_surfaces) {
         options->method = RENDER_EAS;
         return true;
     }
-    if (!pilot_noise(model, NULL, options->seed, progress, &noise)) return false;
-    if (noise * noise <= CHEAP_PATHS * options->error * options->error) options->method = RENDER_PATH;
+    if (!pilot_noise(model, NULL, options->seed, progress, &options->noise)) return false;
+    if (few_samples(options, CHEAP_PATHS)) options->method = RENDER_PATH;
+    else options->noise = 0;
     return true;
 }
 
 /* Whether caches are good enough; `bare` ones as soon as few samples are. False: no memory. */
-static bool good_enough(const struct model *model, const struct fill *fill, const struct render_options *options,
+static bool good_enough(const struct model *model, const struct fill *fill, struct render_options *options,
                         struct progress *progress, bool *good)
 {
     struct cached cached;
-    double own = 0, noise = 0;
+    double own = 0;
     bool bare = fill->options.coarseness == FILL_BARE;
     progress_begin(progress, "caches' error", trace_rays(model->trace));
     bool ok = cached_prepare(model, fill, 1, options->seed, &cached) &&
-              (bare ? pilot_noise(model, &cached, options->seed, progress, &noise) : cached_error(&cached, &own));
+              (bare ? pilot_noise(model, &cached, options->seed, progress, &options->noise)
+                    : cached_error(&cached, &own));
     cached_free(&cached);
     progress_end(progress, trace_rays(model->trace));
-    *good = bare ? noise * noise <= CHEAP_SAMPLES * options->error * options->error
-                 : own <= CACHE_SHARE * options->error;
+    *good = bare ? few_samples(options, CHEAP_SAMPLES) : own <= CACHE_SHARE * options->error;
+    if (bare && !*good) options->noise = 0;
     return ok;
 }
 
@@ -113,10 +119,10 @@ bool accuracy_render(const struct model *model, struct cached *cached, const str
                      struct progress *progress, struct film *film, double *estimate, int *spp)
 {
     struct film other = {0}; /* as many samples of some of the pixels */
-    double own = 0, noise = 0;
+    double own = 0, noise = options->noise;
     bool ok = film_alloc(&other, film->width, film->height, film->cache) &&
               (!cached || cached_error(cached, &own)) &&
-              pilot_noise(model, cached, options->seed, progress, &noise);
+              (noise > 0 || pilot_noise(model, cached, options->seed, progress, &noise));
     double left = sqrt(fmax(options->error * options->error - own * own, .1 * options->error * options->error));
     int done = 0;
     *spp = 0;

@@ -20,6 +20,7 @@ struct render_options {
     enum render_method method;
     int spp; /* primary rays a pixel, at least 1; with an error to reach, the most of them */
     double error; /* estimated CV(RMSE) to end at; 0: none */
+    double noise; /* CV(RMSE) of one sample a pixel, where accuracy.h has found it out; else 0 */
     uint64_t seed;
     bool lamps_in_records; /* records hold direct light, too */
     bool over_surfaces;    /* records all over the scene, for any camera */
