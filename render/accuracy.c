@@ -8,12 +8,14 @@
 #define CACHE_SHARE .75
 /* Samples a pixel, by path tracing and with no records, that cost as much as the coarsest records and a picture by
  * them. */
-enum { CHEAP_PATHS = 16, CHEAP_SAMPLES = 16 };
+enum { CHEAP_PATHS = 16, CHEAP_SAMPLES = 4 };
 /* Noise is measured at no fewer than so many pixels of a large picture; samples a pixel of the two pilots. */
-enum { NOISE_PIXELS = 1 << 14, PILOT_SAMPLES = 2 };
+enum { NOISE_PIXELS = 1 << 13, PILOT_SAMPLES = 2 };
 enum { SEED_PILOT = 701, SEED_ROUND = SEED_PILOT + 2 };
-/* How many times as many samples there may be after the next round. */
+/* How many times as many samples there may be after the next round; how many more than predicted, since another round
+ * costs more than they do. */
 enum { MOST_GROWTH = 8 };
+#define MARGIN 1.15
 
 /* Adds samples to a picture, or to some of its pixels. */
 static void add_samples(const struct model *model, struct cached *cached, int count, uint64_t seed, int stream,
@@ -127,9 +129,8 @@ bool accuracy_render(const struct model *model, struct cached *cached, const str
     int done = 0;
     *spp = 0;
     for (int round = 0, next = 0; ok && done < options->spp; round++) {
-        double factor = noise * noise / (left * left);
-        if (done) next = (int)fmin(ceil(done * fmin(1.05 * factor, MOST_GROWTH)), 1 << 24);
-        else next = (int)fmin(ceil(factor), MOST_GROWTH * 2 * PILOT_SAMPLES);
+        double factor = MARGIN * noise * noise / (left * left); /* `noise`: of `done` samples, at first of one */
+        next = (int)ceil(done ? done * fmin(factor, MOST_GROWTH) : fmin(factor, MOST_GROWTH * 2 * PILOT_SAMPLES));
         if (next <= done) next = done + 1;
         if (next > options->spp) next = options->spp;
         int stream = SEED_ROUND + 2 * round;
