@@ -103,16 +103,12 @@ bool accuracy_fill(const struct model *model, struct render_options *options, st
         if (good) return true;
         wanted = render_fill(options);
         wanted.coarseness = fill->options.coarseness - 1;
-        if (bare) { /* their diffuse cache is that of the coarsest */
-            fill->options = wanted;
-            if (!fill_extend(model, progress, fill, error)) {
-                fill_free(fill);
-                return false;
-            }
+        if (bare) fill->options = wanted; /* the diffuse cache is that of the coarsest */
+        else fill_free(fill);
+        if (bare ? fill_extend(model, progress, fill, error) : fill_build(model, &wanted, progress, fill, error))
             continue;
-        }
         fill_free(fill);
-        if (!fill_build(model, &wanted, progress, fill, error)) return false;
+        return false;
     }
     return true;
 }
