@@ -12,8 +12,8 @@
 
 #include "render/render.h"
 
-/* Settles RENDER_AUTO: eas where there is no error to reach; path where a pilot's noise says that so few samples a pixel
- * suffice that caches would cost more; else it stays, for accuracy_fill. False: no memory. */
+/* Settles RENDER_AUTO: eas where there is no error to reach; path where a pilot's noise says that so few samples a
+ * pixel suffice that caches would cost more; else it stays, for accuracy_fill. False: no memory. */
 bool accuracy_choose(const struct model *model, struct render_options *options, struct progress *progress);
 
 /* The caches for options->error, the coarsest that are good enough. RENDER_AUTO becomes hybrid where no records are
