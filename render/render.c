@@ -76,13 +76,13 @@ bool render(const struct model *model, const struct render_options *options, con
 {
     struct cached cached = {0};
     *stats = (struct render_stats){0};
+    progress_begin(progress, "pixels", trace_rays(model->trace));
     if (!film_alloc(film, model->scene->camera.width, model->scene->camera.height, fill) ||
         (fill && !cached_prepare(model, fill, options->spp, options->seed, &cached))) {
         snprintf(error, SCENE_ERROR, "picture: out of memory");
         film_free(film);
         return false;
     }
-    progress_begin(progress, "pixels", trace_rays(model->trace));
     stats->spp = options->spp;
     bool ok = true;
     if (options->error > 0)
