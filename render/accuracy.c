@@ -1,103 +1,142 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/accuracy.h"
 
+#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-
-#include "render/path.h"
-#include "render/primary.h"
 
 /* Part of the error that the caches may have. */
 #define CACHE_SHARE .75
-/* Samples a pixel of path tracing that cost as much as the coarsest caches and a picture by them. */
-enum { CHEAP_SAMPLES = 16 };
-/* Paths that say how noisy path tracing is. */
-enum { PILOT_PATHS = 4096, SEED_PILOT = 701, SEED_ROUND };
-/* Samples of a half in the first round, and how many times as many there may be after the next. */
-enum { FIRST_ROUND = 2, MOST_GROWTH = 8 };
+/* Samples a pixel, by path tracing and with no records, that cost as much as the coarsest records and a picture by
+ * them. */
+enum { CHEAP_PATHS = 16, CHEAP_SAMPLES = 4 };
+/* Noise is measured at no fewer than so many pixels of a large picture; samples a pixel of the two pilots. */
+enum { NOISE_PIXELS = 1 << 13, PILOT_SAMPLES = 2 };
+enum { SEED_PILOT = 701, SEED_ROUND = SEED_PILOT + 2 };
+/* How many times as many samples there may be after the next round; how many more than predicted, since another round
+ * costs more than they do. */
+enum { MOST_GROWTH = 8 };
+#define MARGIN 1.15
 
-bool accuracy_choose(const struct model *model, const struct render_options *options, enum render_method *method)
+/* Adds samples to a picture, or to some of its pixels. */
+static void add_samples(const struct model *model, struct cached *cached, int count, uint64_t seed, int stream,
+                        int stride, struct progress *progress, struct film *film)
 {
+    seed = rng_mix(seed ^ (uint64_t)stream << 32);
+    if (cached) cached->spp = count, cached->seed = seed;
+    render_samples(model, cached, count, seed, stride, progress, film);
+}
+
+static int noise_stride(const struct film *film)
+{
+    int stride = film->width * film->height / NOISE_PIXELS;
+    return stride < 1 ? 1 : stride < film->width ? stride : film->width;
+}
+
+/* CV(RMSE) of one sample a pixel, by two pictures at some of the pixels. False: no memory. */
+static bool pilot_noise(const struct model *model, struct cached *cached, uint64_t seed, struct progress *progress,
+                        double *noise)
+{
+    struct film halves[2] = {{0}};
     const struct scene_camera *camera = &model->scene->camera;
-    *method = RENDER_EAS;
-    if (!(options->error > 0) || options->lamps_in_records || options->over_surfaces) return true;
-    rgb(*pairs)[2] = calloc(PILOT_PATHS, sizeof *pairs);
-    if (!pairs) return false;
-#pragma omp parallel for schedule(dynamic, 64)
-    for (int i = 0; i < 2 * PILOT_PATHS; i++) {
-        struct rng rng = rng_seed(options->seed, SEED_PILOT, (uint64_t)i);
-        /* Pixels by the R2 sequence (Roberts 2018). */
-        float x = (float)fmod(.5 + .7548776662466927 * (i / 2 + 1), 1),
-              y = (float)fmod(.5 + .5698402909980532 * (i / 2 + 1), 1);
-        struct pixel pixel = {.samples = 0};
-        struct point point;
-        if (!primary(model, x * (float)camera->width, y * (float)camera->height, (float2){.5f, .5f}, &rng, &pixel,
-                     &point) ||
-            !is_black(pixel.emission))
-            continue;
-        struct radiance radiance = path_radiance(model, &point, NULL, &rng);
-        pairs[i / 2][i % 2] = add(radiance.direct, radiance.indirect);
+    bool ok = film_alloc(&halves[0], camera->width, camera->height, cached) &&
+              film_alloc(&halves[1], camera->width, camera->height, cached);
+    for (int half = 0; ok && half < 2; half++)
+        add_samples(model, cached, PILOT_SAMPLES, seed, SEED_PILOT + half, noise_stride(&halves[half]), progress,
+                    &halves[half]);
+    *noise = ok ? film_noise(&halves[0], &halves[1]) * sqrt(2 * PILOT_SAMPLES) : 0;
+    for (int half = 0; half < 2; half++) film_free(&halves[half]);
+    return ok;
+}
+
+static bool few_samples(const struct render_options *options, int few)
+{
+    return options->noise * options->noise <= few * options->error * options->error;
+}
+
+bool accuracy_choose(const struct model *model, struct render_options *options, struct progress *progress)
+{
+    if (options->method != RENDER_AUTO) return true;
+    if (!(options->error > 0) || options->lamps_in_records || options->over_surfaces) {
+        options->method = RENDER_EAS;
+        return true;
     }
-    double squares = 0, sum = 0; /* of black ones both are 0: they only make the share of the rest smaller */
-    for (int i = 0; i < PILOT_PATHS; i++) {
-        rgb d = sub(pairs[i][0], pairs[i][1]), s = add(pairs[i][0], pairs[i][1]);
-        squares += .5 * ((double)d.x * d.x + (double)d.y * d.y + (double)d.z * d.z);
-        sum += .5 * ((double)s.x + s.y + s.z);
-    }
-    free(pairs);
-    double cv2 = sum > 0 ? squares * 3 * PILOT_PATHS / (sum * sum) : 0;
-    if (cv2 <= CHEAP_SAMPLES * options->error * options->error) *method = RENDER_PATH;
+    if (!pilot_noise(model, NULL, options->seed, progress, &options->noise)) return false;
+    if (few_samples(options, CHEAP_PATHS)) options->method = RENDER_PATH;
+    else options->noise = 0;
     return true;
 }
 
-bool accuracy_fill(const struct model *model, const struct render_options *options, struct progress *progress,
+/* Whether caches are good enough; `bare` ones as soon as few samples are. False: no memory. */
+static bool good_enough(const struct model *model, const struct fill *fill, struct render_options *options,
+                        struct progress *progress, bool *good)
+{
+    struct cached cached;
+    double own = 0;
+    bool bare = fill->options.coarseness == FILL_BARE;
+    progress_begin(progress, "caches' error", trace_rays(model->trace));
+    bool ok = cached_prepare(model, fill, 1, options->seed, &cached) &&
+              (bare ? pilot_noise(model, &cached, options->seed, progress, &options->noise)
+                    : cached_error(&cached, &own));
+    cached_free(&cached);
+    progress_end(progress, trace_rays(model->trace));
+    *good = bare ? few_samples(options, CHEAP_SAMPLES) : own <= CACHE_SHARE * options->error;
+    if (bare && !*good) options->noise = 0;
+    return ok;
+}
+
+bool accuracy_fill(const struct model *model, struct render_options *options, struct progress *progress,
                    struct fill *fill, char error[static SCENE_ERROR])
 {
+    bool good = false, may_be_bare = !options->lamps_in_records && !options->over_surfaces &&
+                                     (options->method == RENDER_HYBRID || options->method == RENDER_AUTO);
     struct fill_options wanted = render_fill(options);
-    for (wanted.coarseness = FILL_COARSEST;; wanted.coarseness--) {
-        struct cached cached;
-        double own = 0;
-        if (!fill_build(model, &wanted, progress, fill, error)) return false;
-        if (wanted.coarseness == 0) return true;
-        progress_begin(progress, "caches' error", trace_rays(model->trace));
-        bool ok = cached_prepare(model, fill, 1, options->seed, &cached) && cached_error(&cached, &own);
-        cached_free(&cached);
-        progress_end(progress, trace_rays(model->trace));
-        if (ok && own <= CACHE_SHARE * options->error) return true;
-        fill_free(fill);
-        if (!ok) {
+    wanted.coarseness = may_be_bare ? FILL_BARE : FILL_COARSEST;
+    if (!fill_build(model, &wanted, progress, fill, error)) return false;
+    while (wanted.coarseness > 0) {
+        if (!good_enough(model, fill, options, progress, &good)) {
+            fill_free(fill);
             snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
             return false;
         }
+        bool bare = wanted.coarseness == FILL_BARE;
+        if (bare && options->method == RENDER_AUTO) options->method = good ? RENDER_HYBRID : RENDER_EAS;
+        if (good) return true;
+        wanted = render_fill(options);
+        wanted.coarseness = fill->options.coarseness - 1;
+        if (bare) fill->options = wanted; /* the diffuse cache is that of the coarsest */
+        else fill_free(fill);
+        if (bare ? fill_extend(model, progress, fill, error) : fill_build(model, &wanted, progress, fill, error))
+            continue;
+        fill_free(fill);
+        return false;
     }
+    return true;
 }
 
 bool accuracy_render(const struct model *model, struct cached *cached, const struct render_options *options,
                      struct progress *progress, struct film *film, double *estimate, int *spp)
 {
-    struct film other; /* the second half */
-    double own = 0;
-    if (!film_alloc(&other, film->width, film->height, film->cache)) return false;
-    bool ok = !cached || cached_error(cached, &own);
+    struct film other = {0}; /* as many samples of some of the pixels */
+    double own = 0, noise = options->noise;
+    bool ok = film_alloc(&other, film->width, film->height, film->cache) &&
+              (!cached || cached_error(cached, &own)) &&
+              (noise > 0 || pilot_noise(model, cached, options->seed, progress, &noise));
     double left = sqrt(fmax(options->error * options->error - own * own, .1 * options->error * options->error));
-    int done = 0, most = options->spp > 2 ? options->spp / 2 : 1;
-    for (int round = 0, next = FIRST_ROUND; ok && done < most; round++) {
-        int count = next < most ? next - done : most - done;
-        for (int half = 0; half < 2; half++) {
-            uint64_t seed = rng_mix(options->seed ^ (uint64_t)SEED_ROUND << 32 ^ (uint64_t)(2 * round + half));
-            if (cached) cached->spp = count, cached->seed = seed;
-            render_samples(model, cached, count, seed, progress, half ? &other : film);
-        }
-        done += count;
-        double noise = film_noise(film, &other), factor = noise * noise / (left * left);
+    int done = 0;
+    *spp = 0;
+    for (int round = 0, next = 0; ok && done < options->spp; round++) {
+        double factor = MARGIN * noise * noise / (left * left); /* `noise`: of `done` samples, at first of one */
+        next = (int)ceil(done ? done * fmin(factor, MOST_GROWTH) : fmin(factor, MOST_GROWTH * 2 * PILOT_SAMPLES));
+        if (next <= done) next = done + 1;
+        if (next > options->spp) next = options->spp;
+        int stream = SEED_ROUND + 2 * round;
+        add_samples(model, cached, next - done, options->seed, stream, 1, progress, film);
+        add_samples(model, cached, next - done, options->seed, stream + 1, noise_stride(film), progress, &other);
+        *spp = done = next;
+        noise = sqrt(2) * film_noise(film, &other);
         *estimate = sqrt(noise * noise + own * own);
         if (noise <= left) break;
-        factor = fmin(1.05 * factor, MOST_GROWTH);
-        next = (int)fmin(ceil(done * factor), 1 << 24);
-        if (next <= done) next = done + 1;
     }
-    film_add(film, &other);
     film_free(&other);
-    *spp = 2 * done;
     return ok;
 }

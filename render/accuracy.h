@@ -1,25 +1,29 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* As many samples, and as fine caches, as an error asks for.
  *
- * Noise is measured by two independent halves of the picture, the caches' own error by how much overlapping records
+ * Noise is measured by a second picture of some of the pixels, the caches' own error by how much overlapping records
  * disagree (cached_error); the two are independent, so their squares add up. The caches may take three quarters of the
  * error: the coarsest are tried first, since the next finer ones cost several times as much; samples take the rest.
+ * The coarsest of hybrid have no records at all: the diffuse part then is a ray a sample, too, whose noise a denoiser
+ * takes out better than the blotches of records, and for few samples a pixel it is cheaper.
  */
 #ifndef RENDER_ACCURACY_H
 #define RENDER_ACCURACY_H
 
 #include "render/render.h"
 
-/* What RENDER_AUTO stands for: path tracing where the noise of some of its paths says that a few samples a pixel
- * suffice for options->error, as many as caches would cost; else eas. False: no memory. */
-bool accuracy_choose(const struct model *model, const struct render_options *options, enum render_method *method);
+/* Settles RENDER_AUTO: eas where there is no error to reach; path where a pilot's noise says that so few samples a
+ * pixel suffice that caches would cost more; else it stays, for accuracy_fill. False: no memory. */
+bool accuracy_choose(const struct model *model, struct render_options *options, struct progress *progress);
 
-/* The caches for options->error, the coarsest that are good enough. As fill_build. */
-bool accuracy_fill(const struct model *model, const struct render_options *options, struct progress *progress,
+/* The caches for options->error, the coarsest that are good enough. RENDER_AUTO becomes hybrid where no records are
+ * needed, else eas. As fill_build. */
+bool accuracy_fill(const struct model *model, struct render_options *options, struct progress *progress,
                    struct fill *fill, char error[static SCENE_ERROR]);
 
-/* Renders until the estimated error is at most options->error, or options->spp samples are there; `film`: allocated,
- * black. `cached` NULL: by path tracing. *estimate: the error, *spp: the samples a pixel. False: no memory. */
+/* Renders until the estimated error is at most options->error, or options->spp samples are there, as few rounds as a
+ * pilot's noise allows; `film`: allocated, black. `cached` NULL: by path tracing. *estimate: the error, *spp: the
+ * samples a pixel. False: no memory. */
 bool accuracy_render(const struct model *model, struct cached *cached, const struct render_options *options,
                      struct progress *progress, struct film *film, double *estimate, int *spp);
 

@@ -172,11 +172,11 @@ static rgb record_light(const struct fill *fill, const struct record_cache *cach
     return light;
 }
 
-/* Bounced light at the mean of so many samples' points, from the cache; lobes that it can't resolve are left out. */
-static void look_up(const struct cached *cached, const struct point *mean, float samples, struct pixel *pixel,
-                    struct rng *rng)
+/* Bounced light at a group's mean, from the cache; lobes that it can't resolve are left out. */
+static void look_up(const struct cached *cached, const struct group *group, struct pixel *pixel, struct rng *rng)
 {
-    struct point point = *mean;
+    struct point point = group_mean(group);
+    float samples = (float)group->count;
     bool glossy = cached->fill->options.kind != FILL_DIFFUSE && point.brdf.lobe_count > 0;
     if (!glossy && is_black(point.brdf.kd)) return;
     const struct record_cache *cache = glossy ? &cached->fill->glossy : &cached->fill->diffuse;
@@ -186,8 +186,10 @@ static void look_up(const struct cached *cached, const struct point *mean, float
     pixel->indirect = mad(pixel->indirect, by_photons, samples);
     if (!count) {
         if (!glossy) point.brdf.lobe_count = 0; /* traced already */
-        for (int i = 0; i < (int)samples; i++)
+        for (int i = 0; i < group->count; i++) {
+            point.origin = group->origins[i]; /* on a curved surface the mean lies beneath it */
             pixel->indirect = add(pixel->indirect, traced_indirect(cached, &point, rng));
+        }
         return;
     }
     rgb indirect = {0};
@@ -262,7 +264,7 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         struct point point = group_mean(&groups[i]);
         float samples = (float)groups[i].count;
         int rays = cached->direct.sky ? SKY_RAYS : SHADOW_RAYS;
-        look_up(cached, &point, samples, pixel, &rng);
+        look_up(cached, &groups[i], pixel, &rng);
         rgb light = direct_light(&cached->direct, &point, groups[i].averages, groups[i].origins, groups[i].count,
                                  rays * groups[i].count, memory, &rng);
         pixel->direct = mad(pixel->direct, light, samples);

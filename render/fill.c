@@ -227,8 +227,9 @@ bool fill_build(const struct model *model, const struct fill_options *options, s
         .options = *options, .diffuse.zones = cache_empty(RECORD_STRETCH), .glossy.zones = cache_empty(RECORD_STRETCH)};
     progress_begin(progress, "diffuse cache", trace_rays(model->trace));
     if (!diffuse_cache_build(model, options->coarseness, options->seed, progress, &fill->bounced, error)) return false;
+    bool ok = fill_tables(model->scene, fill);
     progress_end(progress, trace_rays(model->trace));
-    if (fill_tables(model->scene, fill) && fill_extend(model, progress, fill, error)) return true;
+    if (ok && (options->coarseness == FILL_BARE || fill_extend(model, progress, fill, error))) return true;
     fill_free(fill);
     snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
     return false;

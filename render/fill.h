@@ -44,7 +44,7 @@ struct fill_options {
     uint64_t seed;
     int coarseness; /* 0: the finest; each step up to FILL_COARSEST has about a fourth of the rays */
 };
-enum { FILL_COARSEST = 2 };
+enum { FILL_COARSEST = 2, FILL_BARE }; /* FILL_BARE: the diffuse cache of the coarsest and no records */
 
 /* The caches of a picture. Glossy surfaces use `glossy` where the method keeps EAS, else everything uses `diffuse`. */
 struct fill {
@@ -55,7 +55,7 @@ struct fill {
     struct hsh *hsh; /* FILL_HSH; else NULL */
 };
 
-/* Makes the caches. Deterministic for any number of threads. False and a sentence where memory runs out; nothing to
+/* Makes the caches; bare ones may be filled by fill_extend once their options say how. Deterministic for any number of threads. False and a sentence where memory runs out; nothing to
  * free then. */
 bool fill_build(const struct model *model, const struct fill_options *options, struct progress *progress,
                 struct fill *fill, char error[static SCENE_ERROR]);

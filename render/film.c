@@ -43,7 +43,7 @@ double film_noise(const struct film *a, const struct film *b)
     int64_t count = 0;
     for (int i = 0; i < a->width * a->height; i++) {
         const struct pixel *p = &a->pixels[i], *q = &b->pixels[i];
-        if (!is_black(p->emission) || !is_black(q->emission) || p->samples == 0) continue;
+        if (!is_black(p->emission) || !is_black(q->emission) || p->samples == 0 || q->samples == 0) continue;
         rgb x = scale(add(p->direct, p->indirect), 1 / p->samples),
             y = scale(add(q->direct, q->indirect), 1 / q->samples);
         rgb d = sub(x, y), s = add(x, y);

@@ -29,7 +29,7 @@ void film_free(struct film *film);
 void film_add(struct film *film, const struct film *more);
 
 /* The noise of the sum of two independent films of equally many samples, by their difference: CV(RMSE) of the mean
- * radiance, without pixels that see emitters or the background. */
+ * radiance, without pixels that see emitters or the background, or of which either has no samples. */
 double film_noise(const struct film *a, const struct film *b);
 
 /* The AOVs as channels "ViewLayer.Combined.R" … : Combined, Direct, Indirect, Emission, Albedo, Normal, Depth (1e10

@@ -118,7 +118,7 @@ static int load_caches(const struct model *model, const struct options *options,
 
 /* The caches: from options->cache where that is there; else made, and kept there. 0 or an exit code; the caller frees
  * *fill in any case. */
-static int prepare_caches(const struct model *model, const struct options *options, struct progress *progress,
+static int prepare_caches(const struct model *model, struct options *options, struct progress *progress,
                           struct fill *fill, uint64_t *loaded, char error[static SCENE_ERROR])
 {
     struct fill_options wanted = render_fill(&options->render);
@@ -142,8 +142,7 @@ static int make_picture(struct scene *scene, struct options *options, struct pro
     struct model model;
     progress_begin(progress, "model", 0);
     if (!model_build(scene, &model, error)) return EXIT_INPUT;
-    if (options->render.method == RENDER_AUTO &&
-        !accuracy_choose(&model, &options->render, &options->render.method)) {
+    if (!accuracy_choose(&model, &options->render, progress)) {
         model_free(&model);
         snprintf(error, SCENE_ERROR, "out of memory");
         return EXIT_OUTPUT;

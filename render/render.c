@@ -27,7 +27,7 @@ static void path_pixel(const struct model *model, int spp, uint64_t seed, int x,
     }
 }
 
-void render_samples(const struct model *model, const struct cached *cached, int spp, uint64_t seed,
+void render_samples(const struct model *model, const struct cached *cached, int spp, uint64_t seed, int stride,
                     struct progress *progress, struct film *film)
 {
     int finished = 0;
@@ -35,7 +35,7 @@ void render_samples(const struct model *model, const struct cached *cached, int 
     for (int y = 0; y < film->height; y++) {
         struct shadow_memory memory; /* of the row: the same for any number of threads */
         direct_forget(&memory);
-        for (int x = 0; x < film->width; x++) {
+        for (int x = (int)(rng_mix((uint64_t)y) % (uint64_t)stride); x < film->width; x += stride) {
             struct pixel *pixel = &film->pixels[y * film->width + x];
             if (cached) cached_pixel(cached, x, y, &memory, pixel);
             else path_pixel(model, spp, seed, x, y, pixel);
@@ -76,18 +76,18 @@ bool render(const struct model *model, const struct render_options *options, con
 {
     struct cached cached = {0};
     *stats = (struct render_stats){0};
+    progress_begin(progress, "pixels", trace_rays(model->trace));
     if (!film_alloc(film, model->scene->camera.width, model->scene->camera.height, fill) ||
         (fill && !cached_prepare(model, fill, options->spp, options->seed, &cached))) {
         snprintf(error, SCENE_ERROR, "picture: out of memory");
         film_free(film);
         return false;
     }
-    progress_begin(progress, "pixels", trace_rays(model->trace));
     stats->spp = options->spp;
     bool ok = true;
     if (options->error > 0)
         ok = accuracy_render(model, fill ? &cached : NULL, options, progress, film, &stats->error, &stats->spp);
-    else render_samples(model, fill ? &cached : NULL, options->spp, options->seed, progress, film);
+    else render_samples(model, fill ? &cached : NULL, options->spp, options->seed, 1, progress, film);
     progress_end(progress, trace_rays(model->trace));
     if (!ok) {
         snprintf(error, SCENE_ERROR, "picture: out of memory");

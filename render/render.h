@@ -13,13 +13,14 @@ enum render_method {
     RENDER_HYBRID, /* irradiance cache + traced specular rays */
     RENDER_EAS,    /* irradiance cache + EAS cache */
     RENDER_HSH,    /* irradiance cache + HSH cache */
-    RENDER_AUTO    /* eas; with an error to reach, path where few samples reach it (accuracy.h) */
+    RENDER_AUTO    /* eas; with an error to reach, path or hybrid where few samples reach it (accuracy.h) */
 };
 
 struct render_options {
     enum render_method method;
     int spp; /* primary rays a pixel, at least 1; with an error to reach, the most of them */
     double error; /* estimated CV(RMSE) to end at; 0: none */
+    double noise; /* CV(RMSE) of one sample a pixel, where accuracy.h has found it out; else 0 */
     uint64_t seed;
     bool lamps_in_records; /* records hold direct light, too */
     bool over_surfaces;    /* records all over the scene, for any camera */
@@ -41,8 +42,8 @@ struct render_stats {
 /* The caches that the method needs. */
 struct fill_options render_fill(const struct render_options *options);
 
-/* Renders samples into a film that is there; `cached` NULL: by path tracing. */
-void render_samples(const struct model *model, const struct cached *cached, int spp, uint64_t seed,
+/* Renders samples into a film that is there, at one pixel of `stride` in each row; `cached` NULL: by path tracing. */
+void render_samples(const struct model *model, const struct cached *cached, int spp, uint64_t seed, int stride,
                     struct progress *progress, struct film *film);
 
 /* Renders into film (allocated here; the caller frees) from caches that render_fill asked for, or by path tracing where

@@ -4,8 +4,8 @@ methods by turns. index.html, a PNG a scene and chart.csv are written anew after
 in DIR/kept under the hash of all that it depends on, and is not measured again.
 
 Each method starts at one sample a pixel, and doubles them until the next picture would take more than --budget CPU
-seconds; auto is told ever smaller errors. Further seeds are of the settings that no other of the same method bettered
-in both time and error.
+seconds; auto, and hybrid where it is denoised, are told ever smaller errors. Further seeds are of the settings that no
+other of the same method bettered in both time and error.
 """
 import argparse
 import csv

@@ -16,7 +16,7 @@ DENOISERS = tuple(f"{quality},{prefilter}" for quality in denoise.QUALITIES for 
 # Settings of our caches beside samples a pixel, arguments of `burnish render` each; the first is the default.
 CACHES = ((),)
 # What a method that is told an error is told.
-ERRORS = (.2, .14, .1, .07, .05, .035, .025, .0175, .0125)
+ERRORS = (.4, .28, .2, .14, .1, .07, .05, .035, .025, .0175, .0125)
 
 
 class Setting(NamedTuple):
@@ -54,7 +54,7 @@ def methods(denoisers):
         Method("path", "path", unbiased=True), Method("path + OIDN", "path", denoised=True),
         Method("hsh", "hsh", presets=CACHES),
         Method("eas", "eas", presets=CACHES), Method("eas + OIDN", "eas", presets=CACHES, denoised=True),
-        Method("hybrid", "hybrid", presets=CACHES), Method("hybrid + OIDN", "hybrid", presets=CACHES, denoised=True),
+        Method("hybrid", "hybrid", presets=CACHES), Method("hybrid + OIDN", "hybrid", denoised=True, by_error=True),
         Method("auto", "auto", by_error=True),
         Method("Cycles", unbiased=True),
         Method("Cycles + OIDN", presets=tuple(("--denoise", each) for each in denoisers)),

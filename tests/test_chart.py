@@ -69,7 +69,7 @@ def test_the_envelope_leaves_out_what_is_bettered():
 def test_settings_grow():
     path, auto = contest.Method("path", "path"), contest.Method("auto", "auto", by_error=True)
     assert [str(path.setting(step, ())) for step in (0, 3)] == ["1 spp", "8 spp"]
-    assert str(auto.setting(2, ())) == "error 0.1" and auto.setting(len(contest.ERRORS), ()) is None
+    assert str(auto.setting(2, ())) == "error 0.2" and auto.setting(len(contest.ERRORS), ()) is None
     assert str(contest.Setting(4, ("--denoise", "high,none"))) == "4 spp high none"
 
 

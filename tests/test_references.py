@@ -67,12 +67,14 @@ def test_eas_meets_the_bars_of_the_papers_scenes(name, material, exponents, bar,
         assert errors["cv_rmse"] <= bar, (exponent, errors)
 
 
-@pytest.mark.parametrize("name,method,asked", [("cornell", "hybrid", .06), ("boule1", "path", .4)])
+@pytest.mark.parametrize("name,method,asked", [("cornell", "hybrid", .06), ("boule1", "path", .4),
+                                               ("boule1", "hybrid", .4)])  # the last without records
 def test_an_error_asked_for_is_the_one_that_comes(name, method, asked, tmp_path):
     run.export(name, str(tmp_path / name))
     run.burnish(str(tmp_path / name), str(tmp_path / "a.exr"), method, 1024, run.cores(), more=["--error", str(asked)])
     errors = run.compare(str(tmp_path / "a.exr"), run.reference(name, "path"))
     assert .6 * asked <= errors["cv_rmse"] <= 1.2 * asked, errors
+    assert abs(errors["mean_ratio"] - 1) <= .02, errors
 
 
 def test_eas_on_cornell_meets_its_bar(cornell, tmp_path):
