@@ -70,15 +70,32 @@ static inline int choices(const struct brdf *brdf, float cos_o, float chance[sta
     return count;
 }
 
+/* What bumps around leave of the light from wi at a place of normal n on a surface of normal unbent: the shadowing of
+ * microfacets of a roughness that goes with the bend (Estevez, Lecocq and Stein 2019), as in Cycles. */
+static inline float bump_light(float3 unbent, float3 n, float3 wi)
+{
+    float level = dot(unbent, wi), bend = dot(unbent, n);
+    if (level <= 0 || bend <= 0) return 0;
+    float alpha2 = 0.125f * maxf(1 / sqr(bend) - 1, 0), tan2 = maxf(1 / sqr(level) - 1, 0);
+    return 2 / (1 + sqrtf(1 + alpha2 * tan2));
+}
+
+static inline bool is_bent(const struct brdf *brdf) { return dot(brdf->unbent, brdf->unbent) > 0; }
+
+/* The normal of diffuse reflection: n may have been pulled for the lobes' mirror directions. */
+static inline float3 diffuse_normal(const struct brdf *brdf, float3 n) { return is_bent(brdf) ? brdf->bent : n; }
+
 /* f of the diffuse parts. */
 static inline rgb diffuse(const struct brdf *brdf, float3 n, float3 wo, float3 wi)
 {
-    float cos_i = dot(n, wi), cos_o = dot(n, wo);
-    if (cos_i <= 0) return scale(brdf->kt, 1 / PI);
-    if (brdf->tilt == 0) return scale(brdf->kd, 1 / PI);
+    if (dot(n, wi) <= 0) return scale(brdf->kt, 1 / PI);
+    float3 own = diffuse_normal(brdf, n);
+    float cos_i = maxf(dot(own, wi), 0), cos_o = dot(own, wo), factor = 1 / PI;
+    if (is_bent(brdf)) factor *= bump_light(brdf->unbent, own, wi) * cos_i / dot(n, wi);
+    if (brdf->tilt == 0 || cos_i == 0) return scale(brdf->kd, factor);
     float t = dot(wi, wo) - cos_i * cos_o;
     if (t > 0) t /= maxf(cos_i, cos_o);
-    return scale(brdf->kd, maxf(1 + brdf->flat + brdf->tilt * t, 0) / PI);
+    return scale(brdf->kd, maxf(1 + brdf->flat + brdf->tilt * t, 0) * factor);
 }
 
 /* f and pdf, the chances being known. */
@@ -87,7 +104,8 @@ static inline rgb both(const struct brdf *brdf, const float chance[static CHOICE
 {
     float cos_i = dot(n, wi), one;
     rgb f = diffuse(brdf, n, wo, wi);
-    *pdf = chance[cos_i > 0 ? REFLECTED : TRANSMITTED] * fabsf(cos_i) / PI;
+    *pdf = cos_i > 0 ? chance[REFLECTED] * maxf(dot(diffuse_normal(brdf, n), wi), 0) / PI
+                     : chance[TRANSMITTED] * -cos_i / PI;
     for (int i = 0; i < brdf->lobe_count; i++) {
         f = add(f, lobe_both(&brdf->lobes[i], n, wo, wi, &one));
         *pdf += chance[LOBES + i] * one;
@@ -172,8 +190,9 @@ rgb brdf_sample(const struct brdf *brdf, float3 n, float3 wo, const float u[stat
     while (i < count - 1 && x >= chance[i]) x -= chance[i++];
     *pdf = 0;
     if (chance[i] <= 0) return (rgb){0};
-    if (i < LOBES) *wi = cosine_direction(i == REFLECTED ? n : scale(n, -1), u + 1);
+    if (i < LOBES) *wi = cosine_direction(i == REFLECTED ? diffuse_normal(brdf, n) : scale(n, -1), u + 1);
     else *wi = lobe_direction(&brdf->lobes[i - LOBES], n, wo, u + 1);
+    if (i == REFLECTED && dot(n, *wi) <= 0) return (rgb){0};
     if (i >= LOBES && lobe_transmits(&brdf->lobes[i - LOBES]) != (dot(n, *wi) < 0)) return (rgb){0};
     rgb f = both(brdf, chance, n, wo, *wi, pdf);
     return *pdf > 0 ? scale(f, fabsf(dot(n, *wi)) / *pdf) : (rgb){0};

@@ -39,6 +39,9 @@ struct lobe {
 struct brdf {
     rgb kd;      /* diffuse albedo: f = kd/pi (1 + flat + tilt t), t as in brdf_diffuse */
     float flat, tilt; /* 0: Lambert */
+    /* Where a texture bends the normal: the mesh's, which shadows diffuse reflection (brdf.c), and the bent one, which
+     * diffuse reflection goes by. 0: n is the mesh's. */
+    float3 unbent, bent;
     rgb kt;      /* diffuse transmission: f = kt/pi for wi on the other side */
     rgb through; /* share that passes straight on, which no function here samples; 0: opaque */
     int lobe_count;
@@ -84,8 +87,8 @@ struct glass {
 struct brdf brdf_phong(rgb kd, rgb ks, float exponent);
 
 /* Diffuse; roughness above 0: Oren-Nayar (Fujii's, with OpenPBR's multiple scattering, here of Lambert's shape), which
- * goes by t = wi.wo - cos_i cos_o, where above 0 over the greater cosine. kd is its albedo for this viewer, which is all
- * that caches take of it. */
+ * goes by t = wi.wo - cos_i cos_o, where above 0 over the greater cosine. kd is its albedo for this viewer, all that
+ * caches take of it. */
 struct brdf brdf_diffuse(rgb colour, float roughness, float cos_o);
 
 /* The Principled BSDF: layers take the directional albedo of those above them, and GGX energy lost to multiple
@@ -108,6 +111,7 @@ static inline void brdf_clear(struct brdf *brdf)
 {
     brdf->kd = brdf->kt = brdf->through = (rgb){0};
     brdf->flat = brdf->tilt = 0;
+    brdf->unbent = brdf->bent = (float3){0};
     brdf->lobe_count = 0;
 }
 
@@ -137,7 +141,7 @@ static inline bool brdf_spreads(const struct brdf *brdf)
     return any;
 }
 
-/* How often a path should go straight on: the share of `through`, which isn't black, in all that the surface sends on. */
+/* How often a path should go straight on: the share of `through`, which isn't black, in all that goes on. */
 float brdf_pass_chance(const struct brdf *brdf, float cos_o);
 
 rgb brdf_eval(const struct brdf *brdf, float3 n, float3 wo, float3 wi);

@@ -185,7 +185,8 @@ static void fill_glass(void)
             float mu = ((float)i + 0.5f) / MEAN_STEPS;
             integrate_glass(alpha, mu, albedo);
             for (int k = 0; k < 2 * SHARE_SIZE; k++)
-                glass.mean[k / SHARE_SIZE][k % SHARE_SIZE][x] += 2 * mu * albedo[k / SHARE_SIZE][k % SHARE_SIZE] / MEAN_STEPS;
+                glass.mean[k / SHARE_SIZE][k % SHARE_SIZE][x] +=
+                    2 * mu * albedo[k / SHARE_SIZE][k % SHARE_SIZE] / MEAN_STEPS;
         }
     }
 }

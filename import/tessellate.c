@@ -9,12 +9,7 @@
 #include "import/subdivide.h"
 #include "import/triangulate.h"
 
-#define LEVEL_MAX 10
 #define NONE UINT32_MAX
-
-/* An edge nearer to the camera than this part of its length counts as if it were so far: else one that passes through
- * the camera would ask for infinitely many. */
-#define NEAREST .25
 
 struct polygons {
     uint32_t face_count, corner_count;
@@ -259,39 +254,4 @@ void triangles_free(struct triangles *triangles)
     free(triangles->indices);
     free(triangles->slots);
     memset(triangles, 0, sizeof *triangles);
-}
-
-static void transform_point(const float m[static 12], const float *p, double out[static 3])
-{
-    for (int row = 0; row < 3; row++)
-        out[row] =
-            (double)m[4 * row] * p[0] + (double)m[4 * row + 1] * p[1] + (double)m[4 * row + 2] * p[2] + m[4 * row + 3];
-}
-
-int tessellate_level(const struct scene_mesh *mesh, const float transform[static 12], const struct scene_camera *camera,
-                     float edge_pixels)
-{
-    if (!mesh->subdivided) return 0;
-    const double eye[3] = {camera->transform[3], camera->transform[7], camera->transform[11]};
-    double longest = 0; /* length over distance: radians */
-    for (uint32_t f = 0, corner = 0; f < mesh->face_count; corner += mesh->face_sizes[f++]) {
-        double a[3], b[3];
-        transform_point(transform, mesh->positions + 3 * (size_t)mesh->corners[corner + mesh->face_sizes[f] - 1], a);
-        for (uint32_t i = 0; i < mesh->face_sizes[f]; i++) {
-            transform_point(transform, mesh->positions + 3 * (size_t)mesh->corners[corner + i], b);
-            double length = 0, distance = 0;
-            for (int axis = 0; axis < 3; axis++) {
-                length += (b[axis] - a[axis]) * (b[axis] - a[axis]);
-                distance += (.5 * (a[axis] + b[axis]) - eye[axis]) * (.5 * (a[axis] + b[axis]) - eye[axis]);
-                a[axis] = b[axis];
-            }
-            length = sqrt(length);
-            longest = fmax(longest, length / fmax(fmax(sqrt(distance), NEAREST * length), 1e-30));
-        }
-    }
-    double pixels = longest * camera->height / ((double)camera->window[3] - camera->window[2]);
-    int level = 0;
-    while (level < LEVEL_MAX && ldexp(pixels, -level) > edge_pixels) level++;
-    while (level > 0 && 2 * subdivide_quads(mesh, level) > TESSELLATE_TRIANGLES) level--;
-    return level;
 }

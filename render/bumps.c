@@ -2,7 +2,7 @@
 #include "render/bumps.h"
 
 /* The least change of uv that heights are compared over: less would drown in rounding. */
-#define LEAST_CHANGE 3e-5f
+#define LEAST_CHANGE 1e-4f
 
 struct uv_axes uv_axes(const float3 corners[static 3], const float2 uvs[static 3])
 {

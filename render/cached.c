@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/cached.h"
 
+#include <stdlib.h>
+
 #include "render/gather.h"
 #include "render/primary.h"
 #include "render/sequence.h"
@@ -10,6 +12,10 @@ enum { SEED_PIXEL = 401, BATCH = 16 };
 
 /* Shadow rays a camera ray: to lamps (a power of two); under an environment alone, which comes from all sides. */
 enum { SHADOW_RAYS = 4, SKY_RAYS = 12 };
+
+/* Points where caches are checked, and lamp samples there. */
+enum { CHECK_POINTS = 2048, CHECK_RAYS = 4, SEED_CHECK = 402 };
+#define MOST_LONELY .8 /* sum of the squares of weights, 1 where there is one record */
 
 /* Points that share a look-up: the same object and material, normals within 3.6 degrees. */
 #define GROUP_COSINE .998f
@@ -153,6 +159,19 @@ static rgb reflect_record(const struct fill *fill, const struct record *record, 
                        sub(p, zone->p));
 }
 
+/* Bounced light that a point sends back by one record: of the diffuse part, and of the lobes where `glossy`. */
+static rgb record_light(const struct fill *fill, const struct record_cache *cache, const struct cache_match *match,
+                        bool glossy, const union lobe_view *views, const struct point *point)
+{
+    const struct zone *zone = &cache->zones.zones[match->record];
+    const struct record *record = &cache->records[match->record];
+    rgb e = irradiance_at(&record->irradiance, zone->p, zone->n, point->p, point->n);
+    rgb light = mul(point->brdf.kd, scale(e, 1 / PI));
+    for (int k = 0; glossy && k < point->brdf.lobe_count; k++)
+        light = add(light, reflect_record(fill, record, zone, &views[k], point->p));
+    return light;
+}
+
 /* Bounced light at the mean of so many samples' points, from the cache; lobes that it can't resolve are left out. */
 static void look_up(const struct cached *cached, const struct point *mean, float samples, struct pixel *pixel,
                     struct rng *rng)
@@ -171,21 +190,17 @@ static void look_up(const struct cached *cached, const struct point *mean, float
             pixel->indirect = add(pixel->indirect, traced_indirect(cached, &point, rng));
         return;
     }
-    rgb e = {0}, specular = {0};
+    rgb indirect = {0};
     union lobe_view views[BRDF_LOBES];
     for (int k = 0; glossy && k < point.brdf.lobe_count; k++)
         view_lobe(cached->fill, &point.brdf.lobes[k], &point, &views[k]);
     for (int i = 0; i < count; i++) {
-        const struct zone *zone = &cache->zones.zones[matches[i].record];
-        const struct record *record = &cache->records[matches[i].record];
-        e = mad(e, irradiance_at(&record->irradiance, zone->p, zone->n, point.p, point.n), matches[i].weight);
-        for (int k = 0; glossy && k < point.brdf.lobe_count; k++)
-            specular = mad(specular, reflect_record(cached->fill, record, zone, &views[k], point.p), matches[i].weight);
-        pixel->eas_count += (float)record->eas_count;
+        rgb light = record_light(cached->fill, cache, &matches[i], glossy, views, &point);
+        indirect = mad(indirect, light, matches[i].weight);
+        pixel->eas_count += (float)cache->records[matches[i].record].eas_count;
         if (matches[i].weight > matches[best].weight) best = i;
     }
-    specular = vec3(maxf(specular.x, 0), maxf(specular.y, 0), maxf(specular.z, 0)); /* HSH ring */
-    rgb indirect = add(specular, mul(point.brdf.kd, scale(e, 1 / PI)));
+    indirect = vec3(maxf(indirect.x, 0), maxf(indirect.y, 0), maxf(indirect.z, 0)); /* HSH ring */
     pixel->indirect = mad(pixel->indirect, indirect, samples);
     pixel->records = mad(pixel->records, record_colour(matches[best].record), samples * matches[best].weight);
 }
@@ -258,4 +273,73 @@ void cached_pixel(const struct cached *cached, int x, int y, struct shadow_memor
 {
     for (int first = 0; first < cached->spp; first += BATCH)
         add_batch(cached, x, y, first, cached->spp - first < BATCH ? cached->spp - first : BATCH, memory, pixel);
+}
+
+/* A point of the picture where records are compared. */
+struct check {
+    double square; /* expected square of the error of their mean */
+    rgb light;     /* in all, but emission */
+    bool used;
+};
+
+static struct check check_point(const struct cached *cached, uint64_t i)
+{
+    const struct scene_camera *camera = &cached->model->scene->camera;
+    const struct fill *fill = cached->fill;
+    struct rng rng = rng_seed(cached->seed ^ (uint64_t)SEED_CHECK << 32, i, 0);
+    /* Pixels by the R2 sequence (Roberts 2018). */
+    float x = (float)fmod(.5 + .7548776662466927 * (double)(i + 1), 1),
+          y = (float)fmod(.5 + .5698402909980532 * (double)(i + 1), 1);
+    struct pixel pixel = {.samples = 0};
+    struct point point;
+    struct check check = {.used = false};
+    if (!primary(cached->model, x * (float)camera->width, y * (float)camera->height, (float2){.5f, .5f}, &rng, &pixel,
+                 &point) ||
+        !is_black(pixel.emission))
+        return check;
+    for (int k = 0; k < CHECK_RAYS; k++) {
+        float u[3] = {rng_float(&rng), rng_float(&rng), rng_float(&rng)};
+        check.light = mad(check.light, shade_direct(cached->model, &point, u, true), 1.0f / CHECK_RAYS);
+    }
+    point.brdf.lobe_count = direct_sort(&point.brdf);
+    bool glossy = fill->options.kind != FILL_DIFFUSE && point.brdf.lobe_count > 0;
+    const struct record_cache *cache = glossy ? &fill->glossy : &fill->diffuse;
+    struct cache_match matches[CACHE_MATCHES];
+    union lobe_view views[BRDF_LOBES];
+    rgb each[CACHE_MATCHES], mean = {0};
+    int count = cache_find(&cache->zones, point.p, point.n, matches);
+    double spread = 0, squares = 0; /* of the records about their mean; of the weights */
+    for (int k = 0; glossy && k < point.brdf.lobe_count; k++) view_lobe(fill, &point.brdf.lobes[k], &point, &views[k]);
+    for (int k = 0; k < count; k++) {
+        each[k] = record_light(fill, cache, &matches[k], glossy, views, &point);
+        mean = mad(mean, each[k], matches[k].weight);
+        squares += sqr(matches[k].weight);
+    }
+    for (int k = 0; k < count; k++) {
+        rgb d = sub(each[k], mean);
+        spread += matches[k].weight * dot(d, d) / 3;
+    }
+    check.light = add(check.light, mean);
+    check.used = squares < MOST_LONELY; /* one alone doesn't say */
+    if (check.used) check.square = spread * squares / (1 - squares);
+    return check;
+}
+
+bool cached_error(const struct cached *cached, double *error)
+{
+    struct check *checks = malloc(CHECK_POINTS * sizeof *checks);
+    double squares = 0, sum = 0;
+    int count = 0;
+    if (!checks) return false;
+#pragma omp parallel for schedule(dynamic, 16)
+    for (int i = 0; i < CHECK_POINTS; i++) checks[i] = check_point(cached, (uint64_t)i);
+    for (int i = 0; i < CHECK_POINTS; i++) {
+        if (!checks[i].used) continue;
+        squares += checks[i].square;
+        sum += ((double)checks[i].light.x + checks[i].light.y + checks[i].light.z) / 3;
+        count++;
+    }
+    free(checks);
+    *error = sum > 0 ? sqrt(squares / count) / (sum / count) : 0;
+    return true;
 }

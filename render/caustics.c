@@ -12,13 +12,13 @@
 enum { CANDIDATES = 1 << 18, PHOTONS = 1 << 17, SEED_CAUSTICS = 601 };
 /* How much fewer points lie on triangles that aren't glossy in their middle: a texture may have it otherwise. */
 #define ELSEWHERE .05
-/* The estimate reaches so many pixels where a photon is in the median, and up to WIDER times that for ENOUGH photons, by
- * the median of PROBES places; half of it, and half again, where that still
- * has ENOUGH photons. COVER rays find whether there is surface all about, COVER_EDGE more how much, if not: the
- * reciprocal of few would be too large in the mean. */
+/* The estimate reaches so many pixels where a photon is in the median, and up to WIDER times that for ENOUGH photons,
+ * less where there are PLENTY, by the median of PROBES places; half of it, and half again, where that still has ENOUGH.
+ * COVER rays find whether there is surface all about, COVER_EDGE more how much, if not: the reciprocal of few would be
+ * too large in the mean. */
 #define REACH_PIXELS 10.0f
 #define WIDER 3.0f
-enum { HALVES = 3, ENOUGH = 100, COVER = 8, COVER_EDGE = 32, PROBES = 256 };
+enum { HALVES = 3, ENOUGH = 100, PLENTY = 400, COVER = 8, COVER_EDGE = 32, PROBES = 256 };
 /* Photons count where normals differ by less than 45 degrees. */
 #define NORMAL_COSINE .7f
 
@@ -271,8 +271,10 @@ static bool arrange(const struct model *model, struct caustics *caustics)
             values[probes++] =
                 (float)estimate_at(caustics, caustics->photons[i].p, caustics->photons[i].n).count[0];
         qsort(values, probes, sizeof *values, compare_floats);
-        float wider = minf(sqrtf(ENOUGH / values[probes / 2]), WIDER);
-        if (wider > 1) {
+        float median = values[probes / 2], wider = 1;
+        if (median < ENOUGH) wider = minf(sqrtf(ENOUGH / median), WIDER);
+        if (median > PLENTY) wider = sqrtf(PLENTY / median);
+        if (wider != 1) {
             caustics->reach *= wider;
             sort(caustics, sorted);
         }

@@ -3,10 +3,10 @@
  *
  * A gather ray rarely meets the mirror image of a lamp, which is much brighter than all else: this light is most of the
  * noise of a record's irradiance where lamps are small (Cornell box: nine tenths of the variance for a quarter of the
- * bounced light). Photons find it from the other side: points on glossy surfaces, chosen by the light that a lamp sample
- * brings them, send it on along a direction drawn by their lobes (Jensen, "Global Illumination using Photon Maps",
- * 1996). Irradiance is a density estimate, which blurs by some pixels. Light that a surface refracts is left to rays.
- * Photons on both sides of a thin wall aren't told apart within the reach of the estimate.
+ * bounced light). Photons find it from the other side: points on glossy surfaces, chosen by the light that a lamp
+ * sample brings them, send it on along a direction drawn by their lobes (Jensen, "Global Illumination using Photon
+ * Maps", 1996). Irradiance is a density estimate, which blurs by some pixels. Light that a surface refracts is left to
+ * rays. Photons on both sides of a thin wall aren't told apart within the reach of the estimate.
  */
 #ifndef RENDER_CAUSTICS_H
 #define RENDER_CAUSTICS_H
@@ -31,8 +31,8 @@ struct caustics {
 bool caustics_build(const struct model *model, uint64_t seed, struct caustics *caustics);
 void caustics_free(struct caustics *caustics);
 
-/* Irradiance at p, on a side of its surface, by this light, W/m2; a few rays find how much surface there is about it, so
- * that edges aren't darker. Any thread may call. */
+/* Irradiance at p, on a side of its surface, by this light, W/m2; a few rays find how much surface there is about it,
+ * so that edges aren't darker. Any thread may call. */
 rgb caustics_irradiance(const struct model *model, const struct caustics *caustics, float3 p, struct side side,
                         struct rng *rng);
 

@@ -15,7 +15,7 @@ enum {
     BOUNCES = 4,        /* points of each: what the camera sees and three diffuse bounces on */
     MOST_STEPS = 32,    /* surfaces that each may meet, glass among them */
     DISTANCE_RAYS = 64, /* to size a zone */
-    GATHER_SIDE = 16,   /* squared: rays of each record */
+    GATHER_SIDE = 16,   /* squared: rays of each record of the finest */
     SOLVE_STEPS = 64,
     CHECK_POINTS = 512,
     CHECK_RAYS = 64
@@ -106,14 +106,14 @@ static float zone_radius(const struct model *model, const struct place *place, u
 }
 
 /* Records at the wanted places, in rounds: those not covered yet are sized in parallel and inserted in their order. */
-static bool place_records(const struct model *model, struct place *places, uint64_t seed, struct cache *zones,
-                          uint32_t **origins)
+static bool place_records(const struct model *model, struct place *places, int paths, uint64_t seed,
+                          struct cache *zones, uint32_t **origins)
 {
     enum { ROUND = 256 };
     float radii[ROUND];
     uint32_t capacity = 0;
-    for (int first = 0; first < PATHS * BOUNCES; first += ROUND) {
-        int count = PATHS * BOUNCES - first < ROUND ? PATHS * BOUNCES - first : ROUND;
+    for (int first = 0; first < paths * BOUNCES; first += ROUND) {
+        int count = paths * BOUNCES - first < ROUND ? paths * BOUNCES - first : ROUND;
 #pragma omp parallel for schedule(dynamic, 8)
         for (int i = 0; i < count; i++) {
             struct place *place = &places[first + i];
@@ -142,13 +142,13 @@ struct row {
     struct gather_terms terms;
 };
 
+/* By side x side rays. */
 static void gather_row(const struct model *model, const struct diffuse_cache *cache, const struct place *place,
-                       uint64_t seed, uint64_t index, struct row *row)
+                       int side, uint64_t seed, uint64_t index, struct row *row)
 {
     struct rng rng = rng_seed(seed, SEED_GATHER, index);
-    const int side = GATHER_SIDE;
-    float weight = PI / (GATHER_SIDE * GATHER_SIDE);
-    for (int i = 0; i < GATHER_SIDE * GATHER_SIDE; i++) {
+    float weight = PI / (float)(side * side);
+    for (int i = 0; i < side * side; i++) {
         /* Stratified, cosine-weighted. */
         float u[2] = {((float)(i / side) + rng_float(&rng)) / (float)side,
                       ((float)(i % side) + rng_float(&rng)) / (float)side};
@@ -190,16 +190,17 @@ static bool solve(const struct row *rows, uint32_t count, rgb *e)
     return true;
 }
 
-bool diffuse_cache_build(const struct model *model, uint64_t seed, struct progress *progress,
+bool diffuse_cache_build(const struct model *model, int coarseness, uint64_t seed, struct progress *progress,
                          struct diffuse_cache *cache, char error[static SCENE_ERROR])
 {
+    int paths = coarseness ? PATHS / 4 : PATHS, side = coarseness ? GATHER_SIDE / 2 : GATHER_SIDE;
     *cache = (struct diffuse_cache){.zones = cache_empty(STRETCH)};
     uint32_t *origins = NULL;
     struct row *rows = NULL;
     rgb *e = NULL;
     bool ok = false;
     struct place *places = wanted_places(model, seed);
-    if (!places || !place_records(model, places, seed, &cache->zones, &origins) ||
+    if (!places || !place_records(model, places, paths, seed, &cache->zones, &origins) ||
         !caustics_build(model, seed, &cache->caustics))
         goto done;
     uint32_t count = cache->zones.count, finished = 0;
@@ -208,7 +209,7 @@ bool diffuse_cache_build(const struct model *model, uint64_t seed, struct progre
     if (!rows || !e) goto done;
 #pragma omp parallel for schedule(dynamic, 8)
     for (uint32_t i = 0; i < count; i++) {
-        gather_row(model, cache, &places[origins[i]], seed, i, &rows[i]);
+        gather_row(model, cache, &places[origins[i]], side, seed, i, &rows[i]);
         uint32_t so_far;
 #pragma omp atomic capture
         so_far = ++finished;

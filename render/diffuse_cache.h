@@ -30,8 +30,9 @@ struct gather_terms {
     bool failed;
 };
 
-/* Deterministic for any number of threads. False and a sentence where memory runs out; *cache is then empty. */
-bool diffuse_cache_build(const struct model *model, uint64_t seed, struct progress *progress,
+/* coarseness: 0, or for a fourth of the records and rays more. Deterministic for any number of threads. False and a
+ * sentence where memory runs out; *cache is then empty. */
+bool diffuse_cache_build(const struct model *model, int coarseness, uint64_t seed, struct progress *progress,
                          struct diffuse_cache *cache, char error[static SCENE_ERROR]);
 void diffuse_cache_free(struct diffuse_cache *cache);
 

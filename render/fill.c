@@ -55,7 +55,8 @@ struct places {
 static void look(const struct model *model, const struct fill *fill, const struct places *places, uint32_t place,
                  struct draft *draft)
 {
-    *draft = (struct draft){.lamps = fill->options.lamps, .anywhere = !places->pixels};
+    *draft = (struct draft){
+        .lamps = fill->options.lamps, .anywhere = !places->pixels, .coarseness = fill->options.coarseness};
     if (places->pixels) {
         const struct scene_camera *camera = &model->scene->camera;
         uint32_t pixel = places->pixels[place];
@@ -225,7 +226,7 @@ bool fill_build(const struct model *model, const struct fill_options *options, s
     *fill = (struct fill){
         .options = *options, .diffuse.zones = cache_empty(RECORD_STRETCH), .glossy.zones = cache_empty(RECORD_STRETCH)};
     progress_begin(progress, "diffuse cache", trace_rays(model->trace));
-    if (!diffuse_cache_build(model, options->seed, progress, &fill->bounced, error)) return false;
+    if (!diffuse_cache_build(model, options->coarseness, options->seed, progress, &fill->bounced, error)) return false;
     progress_end(progress, trace_rays(model->trace));
     if (fill_tables(model->scene, fill) && fill_extend(model, progress, fill, error)) return true;
     fill_free(fill);

@@ -42,7 +42,9 @@ struct fill_options {
     bool lamps;                                               /* records hold direct light, too (the paper's mode) */
     bool surfaces; /* records all over the scene, for any camera; if not, where the camera sees */
     uint64_t seed;
+    int coarseness; /* 0: the finest; each step up to FILL_COARSEST has about a fourth of the rays */
 };
+enum { FILL_COARSEST = 2 };
 
 /* The caches of a picture. Glossy surfaces use `glossy` where the method keeps EAS, else everything uses `diffuse`. */
 struct fill {

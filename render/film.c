@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/film.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,6 +17,41 @@ void film_free(struct film *film)
 {
     free(film->pixels);
     *film = (struct film){0};
+}
+
+void film_add(struct film *film, const struct film *more)
+{
+    for (int i = 0; i < film->width * film->height; i++) {
+        struct pixel *p = &film->pixels[i];
+        const struct pixel *q = &more->pixels[i];
+        p->emission = add(p->emission, q->emission);
+        p->direct = add(p->direct, q->direct);
+        p->indirect = add(p->indirect, q->indirect);
+        p->albedo = add(p->albedo, q->albedo);
+        p->normal = add(p->normal, q->normal);
+        p->depth += q->depth;
+        p->samples += q->samples;
+        p->hits += q->hits;
+        p->records = add(p->records, q->records);
+        p->eas_count += q->eas_count;
+    }
+}
+
+double film_noise(const struct film *a, const struct film *b)
+{
+    double squares = 0, sum = 0;
+    int64_t count = 0;
+    for (int i = 0; i < a->width * a->height; i++) {
+        const struct pixel *p = &a->pixels[i], *q = &b->pixels[i];
+        if (!is_black(p->emission) || !is_black(q->emission) || p->samples == 0) continue;
+        rgb x = scale(add(p->direct, p->indirect), 1 / p->samples),
+            y = scale(add(q->direct, q->indirect), 1 / q->samples);
+        rgb d = sub(x, y), s = add(x, y);
+        squares += .25 * ((double)d.x * d.x + (double)d.y * d.y + (double)d.z * d.z) / 3;
+        sum += .5 * ((double)s.x + s.y + s.z) / 3;
+        count++;
+    }
+    return sum > 0 ? sqrt(squares / (double)count) / (sum / (double)count) : 0;
 }
 
 /* In the order in which write_pixel fills them. The cache's four come last. */

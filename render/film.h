@@ -25,6 +25,13 @@ struct film {
 bool film_alloc(struct film *film, int width, int height, bool cache);
 void film_free(struct film *film);
 
+/* Adds another film of the same size. */
+void film_add(struct film *film, const struct film *more);
+
+/* The noise of the sum of two independent films of equally many samples, by their difference: CV(RMSE) of the mean
+ * radiance, without pixels that see emitters or the background. */
+double film_noise(const struct film *a, const struct film *b);
+
 /* The AOVs as channels "ViewLayer.Combined.R" … : Combined, Direct, Indirect, Emission, Albedo, Normal, Depth (1e10
  * where nothing is hit), and with a cache Records and EASCount. False where memory runs out. */
 bool film_image(const struct film *film, struct image *image);

@@ -153,6 +153,7 @@ static float irradiance(const struct lights *lights, int light, float3 p, float3
 static float chance(const struct lights *lights, int light, float3 p, float3 n)
 {
     if (lights->cumulative) return lights->cumulative[light + 1] - lights->cumulative[light];
+    if (lights->count == 1) return 1;
     float sum = 0, own = irradiance(lights, light, p, n);
     for (int i = 0; i < lights->count; i++) sum += i == light ? own : irradiance(lights, i, p, n);
     return own > 0 ? own / sum : 0;
@@ -161,6 +162,10 @@ static float chance(const struct lights *lights, int light, float3 p, float3 n)
 /* Chooses a light and makes u uniform again; -1 where none can light p. */
 static int choose(const struct lights *lights, float3 p, float3 n, float *u, float *chance_of)
 {
+    if (lights->count == 1) {
+        *chance_of = 1;
+        return 0;
+    }
     if (lights->cumulative) {
         int low = 0, high = lights->count;
         while (high - low > 1) {

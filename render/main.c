@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "import/scene_hash.h"
+#include "render/accuracy.h"
 #include "render/cache_file.h"
 #include "render/compare.h"
 #include "render/options.h"
@@ -125,13 +126,15 @@ static int prepare_caches(const struct model *model, const struct options *optio
     if (options->cache && !scene_hash(options->scene, model->scene, &hash, error)) return EXIT_INPUT;
     if (options->cache && access(options->cache, F_OK) == 0)
         return load_caches(model, options, hash, progress, fill, loaded, error);
-    if (!fill_build(model, &wanted, progress, fill, error)) return EXIT_OUTPUT;
+    bool made = options->render.error > 0 ? accuracy_fill(model, &options->render, progress, fill, error)
+                                          : fill_build(model, &wanted, progress, fill, error);
+    if (!made) return EXIT_OUTPUT;
     if (options->cache && !cache_file_write(options->cache, hash, model->scene, fill, error)) return EXIT_OUTPUT;
     return EXIT_DONE;
 }
 
 /* From the parsed scene to pixels. 0 or an exit code. */
-static int make_picture(struct scene *scene, const struct options *options, struct progress *progress,
+static int make_picture(struct scene *scene, struct options *options, struct progress *progress,
                         struct stats *stats, struct image *image, char error[static SCENE_ERROR])
 {
     double wall = progress_wall(), cpu = progress_cpu();
@@ -139,7 +142,13 @@ static int make_picture(struct scene *scene, const struct options *options, stru
     struct model model;
     progress_begin(progress, "model", 0);
     if (!model_build(scene, &model, error)) return EXIT_INPUT;
-    progress_end(progress, 0);
+    if (options->render.method == RENDER_AUTO &&
+        !accuracy_choose(&model, &options->render, &options->render.method)) {
+        model_free(&model);
+        snprintf(error, SCENE_ERROR, "out of memory");
+        return EXIT_OUTPUT;
+    }
+    progress_end(progress, trace_rays(model.trace));
     struct film film = {0};
     struct fill fill = {0};
     bool cached = options->render.method != RENDER_PATH;
@@ -171,7 +180,7 @@ static int command_render(struct options *options)
     struct image image = {0};
     struct progress progress = {0};
     if (options->threads) omp_set_num_threads(options->threads);
-    struct stats stats = {.threads = omp_get_max_threads(), .spp = options->render.spp};
+    struct stats stats = {.threads = omp_get_max_threads()};
     bool save = options->cache && access(options->cache, F_OK) != 0;
     if (!prepare_output(options->output, PICTURE, error) || (save && !prepare_output(options->cache, CACHE, error)))
         return fail(EXIT_OUTPUT, error);
@@ -182,7 +191,7 @@ static int command_render(struct options *options)
             return fail(EXIT_INPUT, error);
         }
     int code = make_picture(&scene, options, &progress, &stats, &image, error);
-    if (code == EXIT_DONE && (!write_picture(options, &image, stats.spp, error) ||
+    if (code == EXIT_DONE && (!write_picture(options, &image, stats.render.spp, error) ||
                               (options->stats && !stats_write(&stats, options, &progress, error))))
         code = EXIT_OUTPUT;
     image_free(&image);

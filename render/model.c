@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "import/level.h"
 #include "render/surface.h"
 #include "render/transform.h"
 
@@ -34,24 +35,53 @@ struct demand {
     int level, last;
 };
 
-static bool gather_demands(const struct scene *scene, struct demand *demands)
+/* Lowers a demand to what the bends of the mesh ask for. */
+static bool weigh_bends(const struct scene *scene, int m, struct demand *demand, char error[static SCENE_ERROR])
+{
+    const struct scene_mesh *mesh = &scene->meshes[m];
+    struct bends bends;
+    int most = demand->level, level = 0;
+    if (most <= 1) return true;
+    if (!bends_measure(mesh, &bends, error)) return false;
+    for (int i = 0; i < scene->object_count; i++) {
+        if (scene->objects[i].mesh != m) continue;
+        int own = level_by_bends(mesh, &bends, scene->objects[i].transform, &scene->camera, most);
+        level = own > level ? own : level;
+    }
+    demand->level = level;
+    bends_free(&bends);
+    return true;
+}
+
+static bool gather_demands(const struct scene *scene, struct demand *demands, char error[static SCENE_ERROR])
 {
     int *levels = malloc(((size_t)scene->object_count + 1) * sizeof *levels);
-    if (!levels) return false;
-#pragma omp parallel for schedule(dynamic)
-    for (int i = 0; i < scene->object_count; i++) {
+    bool good = levels != NULL;
+    if (!good) snprintf(error, SCENE_ERROR, "not enough memory for %d objects", scene->object_count);
+#pragma omp parallel for schedule(dynamic) if (good)
+    for (int i = 0; i < (good ? scene->object_count : 0); i++) {
         const struct scene_object *object = &scene->objects[i];
         levels[i] =
-            tessellate_level(&scene->meshes[object->mesh], object->transform, &scene->camera, TESSELLATE_EDGE_PIXELS);
+            level_by_edges(&scene->meshes[object->mesh], object->transform, &scene->camera, LEVEL_EDGE_PIXELS);
     }
-    for (int i = 0; i < scene->object_count; i++) {
+    for (int i = 0; good && i < scene->object_count; i++) {
         struct demand *demand = &demands[scene->objects[i].mesh];
         demand->users++;
         demand->level = levels[i] > demand->level ? levels[i] : demand->level;
         demand->last = i;
     }
     free(levels);
-    return true;
+#pragma omp parallel for schedule(dynamic)
+    for (int m = 0; m < (good ? scene->mesh_count : 0); m++) {
+        char sentence[SCENE_ERROR];
+        if (weigh_bends(scene, m, &demands[m], sentence)) continue;
+#pragma omp critical
+        {
+            memcpy(error, sentence, SCENE_ERROR);
+            good = false;
+        }
+    }
+    return good;
 }
 
 /* Tessellates each mesh that an object shows, at the highest level any of its objects asks for. */
@@ -97,10 +127,7 @@ static bool build(struct model *model, struct demand *demands, char error[static
 {
     const struct scene *scene = model->scene;
     double start = omp_get_wtime();
-    if (!gather_demands(scene, demands)) {
-        snprintf(error, SCENE_ERROR, "not enough memory for %d objects", scene->object_count);
-        return false;
-    }
+    if (!gather_demands(scene, demands, error)) return false;
     if (!tessellate_meshes(model, demands, error)) return false;
     place_objects(model, demands);
     model->tessellate_s = omp_get_wtime() - start;

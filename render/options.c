@@ -18,6 +18,7 @@ enum key {
     KEY_THREADS,
     KEY_SEED,
     KEY_SPP,
+    KEY_ERROR,
     KEY_SIZE,
     KEY_IMAGE2,
     KEY_REFERENCE2,
@@ -57,13 +58,24 @@ static void size(struct argp_state *state, const char *text, struct options *opt
     options->height = (int)height;
 }
 
+/* A share in (0, 1], or a usage error. */
+static double share(struct argp_state *state, const char *option, const char *text)
+{
+    char *end;
+    double value = strtod(text, &end);
+    if (*end || end == text || !(value > 0 && value <= 1))
+        argp_error(state, "%s: found '%s', expected a number above 0, up to 1", option, text);
+    return value;
+}
+
 static enum render_method method(struct argp_state *state, const char *text)
 {
+    if (strcmp(text, "auto") == 0) return RENDER_AUTO;
     if (strcmp(text, "eas") == 0) return RENDER_EAS;
     if (strcmp(text, "hybrid") == 0) return RENDER_HYBRID;
     if (strcmp(text, "hsh") == 0) return RENDER_HSH;
     if (strcmp(text, "path") == 0) return RENDER_PATH;
-    argp_error(state, "--method: found '%s', expected eas, hsh, hybrid or path", text);
+    argp_error(state, "--method: found '%s', expected auto, eas, hsh, hybrid or path", text);
     return RENDER_EAS;
 }
 
@@ -84,14 +96,16 @@ static void require_ending(struct argp_state *state, const char *option, const c
 
 static const struct argp_option render_arguments[] = {
     {"output", 'o', "OUT.exr", 0, "the picture to write", 0},
-    {"method", 'm', "eas|hsh|hybrid|path", 0,
+    {"method", 'm', "auto|eas|hsh|hybrid|path", 0,
      "radiance cache of equivalent area sources or of hemispherical harmonics (the baseline), irradiance cache with "
-     "traced specular rays, or path tracing (eas)",
+     "traced specular rays, or path tracing (auto: eas; with --error path where that is cheaper)",
      0},
-    {"spp", KEY_SPP, "N", 0, "primary rays a pixel (16; path: 64)", 0},
+    {"spp", KEY_SPP, "N", 0, "primary rays a pixel (16; path: 64); with --error: the most of them (1024)", 0},
+    {"error", KEY_ERROR, "X", 0,
+     "stop where the estimated error is X: CV(RMSE), without directly seen emitters; .05 is a preview, .02 good", 0},
     {"size", KEY_SIZE, "WxH", 0, "pixels (the scene's)", 0},
     {"set", KEY_SET, "materials/NAME/exponent=VALUE", 0,
-     "replace a Phong material's exponent (a Principled one's roughness), or move the camera: camera/shift=X,Y,Z in "
+     "replace a material's exponent or (roughness=) roughness, or move the camera: camera/shift=X,Y,Z in "
      "metres; may be given again",
      0},
     {"threads", KEY_THREADS, "N", 0, "threads (all cores); the picture does not depend on it", 0},
@@ -115,6 +129,7 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
         return 0;
     case 'm': options->render.method = method(state, text); return 0;
     case KEY_SPP: options->render.spp = (int)number(state, "--spp", text, 1, 1 << 24); return 0;
+    case KEY_ERROR: options->render.error = share(state, "--error", text); return 0;
     case KEY_SIZE: size(state, text, options); return 0;
     case KEY_THREADS: options->threads = (int)number(state, "--threads", text, 1, 1024); return 0;
     case KEY_SEED: options->render.seed = number(state, "--seed", text, 0, INT64_MAX); return 0;
@@ -144,6 +159,9 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
             argp_error(state, "--fill: --method path has no records");
         if (options->render.lamps_in_records && options->render.method == RENDER_PATH)
             argp_error(state, "--records: --method path has no records");
+        if (options->render.error > 0 && options->cache)
+            argp_error(state, "--error: makes caches of its own, which --cache can't keep");
+        if (!options->render.spp && options->render.error > 0) options->render.spp = 1024;
         if (!options->render.spp) options->render.spp = options->render.method == RENDER_PATH ? 64 : 16;
         return 0;
     default: return ARGP_ERR_UNKNOWN;
@@ -233,6 +251,6 @@ void options_parse(int argc, char **argv, struct options *options)
     static const struct argp program = {NULL, parse_command, "render|compare …", about, NULL, NULL, NULL};
     argp_program_version = "burnish " BURNISH_VERSION;
     argp_err_exit_status = EXIT_USAGE;
-    *options = (struct options){.render = {.method = RENDER_EAS}, .layer = "Combined"};
+    *options = (struct options){.render = {.method = RENDER_AUTO}, .layer = "Combined"};
     argp_parse(&program, argc, argv, ARGP_IN_ORDER, NULL, options);
 }

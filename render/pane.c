@@ -9,6 +9,7 @@ rgb pane_transmittance(const struct model *model, float3 origin, float3 dir, flo
     const rgb black = {0};
     rgb passed = {1, 1, 1};
     if (!model->panes) return trace_occluded(model->trace, origin, dir, tfar) ? black : passed;
+    const float3 end = mad(origin, dir, isinf(tfar) ? 0 : tfar);
     for (int i = 0; i < MOST_PANES; i++) {
         struct hit hit;
         struct point point;
@@ -17,8 +18,9 @@ rgb pane_transmittance(const struct model *model, float3 origin, float3 dir, flo
         shade_point(model, (struct ray){origin, dir}, &hit, &point);
         passed = mul(passed, point.brdf.through);
         if (is_black(passed)) return black;
-        tfar -= hit.t;
         origin = shade_origin(&point, dir);
+        /* The way that is left, and by a hair less: rounding must not carry it to the light's own surface. */
+        if (!isinf(tfar)) tfar = dot(sub(end, origin), dir) * (1 - 1e-5f);
     }
     return black;
 }

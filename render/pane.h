@@ -6,8 +6,8 @@
 #include "render/rng.h"
 #include "render/shade.h"
 
-/* The share of light that comes through from (0, tfar) along a ray: white where nothing lies there, black where anything
- * opaque does, or glass. */
+/* The share of light that comes through from (0, tfar) along a ray: white where nothing lies there, black where
+ * anything opaque does, or glass. */
 rgb pane_transmittance(const struct model *model, float3 origin, float3 dir, float tfar);
 
 /* The same for up to a thousand rays, which cost far less together. */

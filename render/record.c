@@ -83,7 +83,7 @@ struct plan {
 static struct plan plan_gather(const struct model *model, const struct draft *draft, float pixel)
 {
     const struct brdf *brdf = &draft->point.brdf;
-    struct plan plan = {.grid = gather_grid(GATHER_RAYS),
+    struct plan plan = {.grid = gather_grid(GATHER_RAYS >> 2 * (draft->coarseness > 1 ? draft->coarseness - 1 : 0)),
                         .frame = frame_about(draft->point.n),
                         .mirror = reflect(draft->point.wo, draft->point.n),
                         .most = MOST_PIXELS * pixel};
@@ -103,7 +103,7 @@ static struct plan plan_gather(const struct model *model, const struct draft *dr
  * deserves more rays than one of a few, whose neighbours average its noise away. */
 static void plan_rays(const struct draft *draft, float radius, struct plan *plan)
 {
-    plan->everywhere = radius > FINE_ZONE * draft->least ? 2 : 1;
+    plan->everywhere = draft->coarseness == 0 && radius > FINE_ZONE * draft->least ? 2 : 1;
     plan->turn = plan->bend * radius;
     plan->cone = minf(plan->lobe + 2 * plan->turn, PI);
     plan->split = 1;

@@ -18,6 +18,7 @@ struct draft {
     bool glossy;        /* EAS (or HSH) are wanted, too */
     bool lamps;         /* direct light is wanted in it, too */
     bool anywhere;      /* for viewers all around, not for this one */
+    int coarseness;     /* 0: the most rays; each step has about a fourth of them */
 
     bool failed; /* no memory */
     struct zone zone;

@@ -4,7 +4,7 @@
 #include <omp.h>
 #include <stdio.h>
 
-#include "render/cached.h"
+#include "render/accuracy.h"
 #include "render/path.h"
 #include "render/primary.h"
 
@@ -27,9 +27,8 @@ static void path_pixel(const struct model *model, int spp, uint64_t seed, int x,
     }
 }
 
-/* `cached` NULL: path tracing. */
-static void render_pixels(const struct model *model, const struct cached *cached, int spp, uint64_t seed,
-                          struct progress *progress, struct film *film)
+void render_samples(const struct model *model, const struct cached *cached, int spp, uint64_t seed,
+                    struct progress *progress, struct film *film)
 {
     int finished = 0;
 #pragma omp parallel for schedule(dynamic, 1)
@@ -84,8 +83,18 @@ bool render(const struct model *model, const struct render_options *options, con
         return false;
     }
     progress_begin(progress, "pixels", trace_rays(model->trace));
-    render_pixels(model, fill ? &cached : NULL, options->spp, options->seed, progress, film);
+    stats->spp = options->spp;
+    bool ok = true;
+    if (options->error > 0)
+        ok = accuracy_render(model, fill ? &cached : NULL, options, progress, film, &stats->error, &stats->spp);
+    else render_samples(model, fill ? &cached : NULL, options->spp, options->seed, progress, film);
     progress_end(progress, trace_rays(model->trace));
+    if (!ok) {
+        snprintf(error, SCENE_ERROR, "picture: out of memory");
+        film_free(film);
+        cached_free(&cached);
+        return false;
+    }
     if (fill) {
         report(model, fill, options->seed, progress, stats);
         cached_free(&cached);

@@ -3,7 +3,7 @@
 #ifndef RENDER_RENDER_H
 #define RENDER_RENDER_H
 
-#include "render/fill.h"
+#include "render/cached.h"
 #include "render/film.h"
 #include "render/model.h"
 #include "render/progress.h"
@@ -12,12 +12,14 @@ enum render_method {
     RENDER_PATH,   /* path tracing */
     RENDER_HYBRID, /* irradiance cache + traced specular rays */
     RENDER_EAS,    /* irradiance cache + EAS cache */
-    RENDER_HSH     /* irradiance cache + HSH cache */
+    RENDER_HSH,    /* irradiance cache + HSH cache */
+    RENDER_AUTO    /* eas; with an error to reach, path where few samples reach it (accuracy.h) */
 };
 
 struct render_options {
     enum render_method method;
-    int spp; /* primary rays a pixel, at least 1 */
+    int spp; /* primary rays a pixel, at least 1; with an error to reach, the most of them */
+    double error; /* estimated CV(RMSE) to end at; 0: none */
     uint64_t seed;
     bool lamps_in_records; /* records hold direct light, too */
     bool over_surfaces;    /* records all over the scene, for any camera */
@@ -31,11 +33,17 @@ struct render_stats {
     double bytes_per_record; /* the same: zone, irradiance and EAS or HSH; without the index */
     uint64_t cache_bytes;    /* records, their EAS or HSH, index and diffuse cache */
     uint64_t diffuse_records;
+    double error;      /* estimated CV(RMSE), where one was to be reached */
+    int spp;           /* primary rays a pixel that were sent */
     double diffuse_cv; /* CV(RMSE) of the diffuse cache's irradiance, measured by path tracing at some of its users */
 };
 
 /* The caches that the method needs. */
 struct fill_options render_fill(const struct render_options *options);
+
+/* Renders samples into a film that is there; `cached` NULL: by path tracing. */
+void render_samples(const struct model *model, const struct cached *cached, int spp, uint64_t seed,
+                    struct progress *progress, struct film *film);
 
 /* Renders into film (allocated here; the caller frees) from caches that render_fill asked for, or by path tracing where
  * fill is NULL. Deterministic for any number of threads. */

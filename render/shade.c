@@ -60,14 +60,19 @@ static void shade_material(const struct model *model, const struct scene_materia
         .cosine = fabsf(dot(point->n, point->wo)),
         .front = point->front};
     struct uv_axes axes = {0};
+    float3 unbent = vec3(0, 0, 0), bumped = unbent;
     if (bent || surface_has_tangent(material)) axes = axes_at(model, hit);
     point->emission = surface_emission(textures, material, &place);
     if (bent) {
+        unbent = point->n;
         float step = material->normal.filter * camera_pixel_width(&model->scene->camera, point->p);
         point->n = bumps_normal(textures, &material->normal, &place, &axes, point->n, step);
+        bumped = point->n;
     }
     if (surface_is_glossy(material)) point->n = pull_normal(point->n, point->ng, point->wo);
     surface_brdf(textures, material, &place, point->n, point->wo, axes.du, &point->brdf);
+    point->brdf.unbent = unbent;
+    point->brdf.bent = bumped;
 }
 
 void shade_point(const struct model *model, struct ray ray, const struct hit *hit, struct point *point)

@@ -52,8 +52,8 @@ static inline struct side shade_side(const struct point *point, bool beyond)
 }
 
 /* Direct light from lamps at a point by one lights_sample with its shadow ray on the viewer's side and, where the
- * surface transmits, one beyond; weighed against BRDF sampling where mis is true: radiance toward wo. u: three numbers in
- * [0, 1). */
+ * surface transmits, one beyond; weighed against BRDF sampling where mis is true: radiance toward wo. u: three numbers
+ * in [0, 1). */
 rgb shade_direct(const struct model *model, const struct point *point, const float u[static 3], bool mis);
 
 #endif

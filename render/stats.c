@@ -36,10 +36,11 @@ bool stats_write(const struct stats *stats, const struct options *options, const
 {
     const struct render_stats *render = &stats->render;
     json_t *root = json_pack(
-        "{s:s, s:s, s:i, s:I, s:[ii], s:i, s:f, s:f, s:I, s:I, s:I, s:I, s:I, s:f, s:f, s:I, s:I, s:{s:I, s:f}, s:o}",
-        "scene", options->scene, "method", stats_method(options->render.method), "spp", stats->spp, "seed",
-        (json_int_t)options->render.seed, "size", stats->width, stats->height, "threads", stats->threads, "cpu_s",
-        stats->cpu_s, "wall_s", stats->wall_s, "rays", (json_int_t)stats->rays, "triangles",
+        "{s:s, s:s, s:i, s:f, s:I, s:[ii], s:i, s:f, s:f, s:I, s:I, s:I, s:I, s:I, s:f, s:f, s:I, s:I, s:{s:I, s:f}, "
+        "s:o}",
+        "scene", options->scene, "method", stats_method(options->render.method), "spp", render->spp, "error",
+        render->error, "seed", (json_int_t)options->render.seed, "size", stats->width, stats->height, "threads",
+        stats->threads, "cpu_s", stats->cpu_s, "wall_s", stats->wall_s, "rays", (json_int_t)stats->rays, "triangles",
         (json_int_t)stats->triangles, "records", (json_int_t)render->records, "loaded_records",
         (json_int_t)stats->loaded_records, "glossy_records", (json_int_t)render->glossy_records, "eas_per_record",
         render->eas_per_record, "bytes_per_record", render->bytes_per_record, "cache_bytes",

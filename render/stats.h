@@ -16,7 +16,7 @@ struct stats {
     uint64_t triangles;      /* instances not multiplied */
     uint64_t peak_bytes;     /* most memory held so far */
     uint64_t loaded_records; /* of render.records, those that came from the file of --cache */
-    int width, height, threads, spp;
+    int width, height, threads;
     struct render_stats render;
 };
 

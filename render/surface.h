@@ -13,8 +13,8 @@ float2 surface_uv(const struct triangles *triangles, uint32_t triangle, float u,
 /* The mesh's shading normal there, unit, world space; 0 where it has none. */
 float3 surface_normal(const struct trace_object *placed, uint32_t triangle, float u, float v);
 
-/* *brdf: the sum of the closures on the viewer's side. n: shading normal; wo: to the viewer, n.wo > 0 where the material is
- * glossy; tangent: along increasing u, of any length, 0 where there is none. */
+/* *brdf: the sum of the closures on the viewer's side. n: shading normal; wo: to the viewer, n.wo > 0 where the material
+ * is glossy; tangent: along increasing u, of any length, 0 where there is none. */
 void surface_brdf(const struct textures *textures, const struct scene_material *material,
                   const struct texture_place *place, float3 n, float3 wo, float3 tangent, struct brdf *brdf);
 

@@ -4,7 +4,7 @@ methods by turns. index.html, a PNG a scene and chart.csv are written anew after
 in DIR/kept under the hash of all that it depends on, and is not measured again.
 
 Each method starts at one sample a pixel, and doubles them until the next picture would take more than --budget CPU
-seconds. Further seeds are of the settings that no other of the same method bettered in both time and error.
+seconds; auto is told ever smaller errors. Further seeds are of the settings that no other of the same method bettered in both time and error.
 """
 import argparse
 import csv
@@ -21,7 +21,7 @@ import run
 SCENES = ("cornell", "boule1", "boule2", "matpreview", "kitchen", "modern_hall")
 COLUMNS = ("scene", "method", "setting", "seed", "cpu_s", "wall_s", "rays", "cv_rmse", "relmse", "flip", "cv_rmse_all",
            "relmse_all", "flip_all")
-QUICK = {"seeds": 1, "budget": 12., "denoisers": ("high,accurate", "fast,none")}
+QUICK = {"seeds": 1, "budget": 16., "denoisers": ("high,accurate", "fast,none")}
 FULL = {"seeds": 3, "budget": 24., "denoisers": contest.DENOISERS}
 
 
@@ -35,7 +35,7 @@ def parse_options():
                         help="for every method; all cores by default")
     parser.add_argument("--seeds", type=int, metavar="N", help="3 by default; bias and noise need 2")
     parser.add_argument("--budget", type=float, metavar="S", help="CPU seconds a picture, at most (24)")
-    parser.add_argument("--quick", action="store_true", help="one seed, 12 CPU seconds a picture, two ways to denoise")
+    parser.add_argument("--quick", action="store_true", help="one seed, 16 CPU seconds a picture, two ways to denoise")
     parser.add_argument("--shrink", type=int, default=1, metavar="N",
                         help="pictures of 1/N the width and height, for a quick look; the numbers are then others")
     options = parser.parse_args()
@@ -69,25 +69,27 @@ class Progress:
 
 
 def next_cost(costs):
-    """Of twice the samples: what doubled them last, twice; at first, no more than now."""
+    """Of the next setting: by twice as much more as the last one; at first, no more than now."""
     return costs[-1] + 2 * (costs[-1] - costs[-2]) if len(costs) > 1 else costs[-1]
 
 
 def first_seed(scene, methods, game, options, step):
-    """All settings within the budget, the samples doubled for all methods by turns: {(method, setting): {0: point}}."""
-    results, spp = {}, 1
+    """All settings within the budget, each of all methods by turns: {(method, setting): {0: point}}."""
+    results, number = {}, 0
     # One after the other where they can share a picture.
     running = sorted(((method, preset) for method in methods for preset in method.presets),
                      key=lambda family: (family[0].burnish, family[1]))
     costs = {family: [] for family in running}
     while running:
         for method, preset in running:
-            step(scene, 0, f"{method.name}, {contest.Setting(spp, preset)}")
-            points = game.points(scene, method, contest.Setting(spp, preset), 0, options.denoisers)
-            results.update({(method, setting): {0: point} for setting, point in points.items()})
+            setting = method.setting(number, preset)
+            step(scene, 0, f"{method.name}, {setting}")
+            points = game.points(scene, method, setting, 0, options.denoisers)
+            results.update({(method, each): {0: point} for each, point in points.items()})
             costs[method, preset].append(min(point.cpu_s for point in points.values()))
-        running = [family for family in running if next_cost(costs[family]) <= options.budget]
-        spp *= 2
+        number += 1
+        running = [(method, preset) for method, preset in running if method.setting(number, preset)
+                   and next_cost(costs[method, preset]) <= options.budget]
     return results
 
 

@@ -228,8 +228,8 @@ def _scene(options, scene, results):
         page.figure(scene.name + ".png", "CV(RMSE) without directly seen emitters against CPU seconds. Lines: the "
                     "settings that no other of the method betters; faint: the others. Dotted: what noise the mean of "
                     "the reference's halves has, which is taken out of the errors."),
-        page.paragraph(f"The two references differ by a CV(RMSE) of {difference['cv_rmse']:.4f} with their noise taken "
-                       f"out, of 8 × 8-pixel means by {difference['block_cv']:.4f} (standard error "
+        page.paragraph(f"The two references differ by a CV(RMSE) of {max(difference['cv_rmse'], 0):.4f} with their "
+                       f"noise taken out, 8 × 8-pixel means by {max(difference['block_cv'], 0):.4f} (standard error "
                        f"{difference['block_sigma']:.4f})."),
         *([page.table(["Method", "to CV(RMSE)", "Why"], why, f"Where our caches lose to {contest.RIVAL}")] * bool(why)),
         *crops(scene, methods, save),

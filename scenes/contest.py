@@ -15,6 +15,18 @@ import run
 DENOISERS = tuple(f"{quality},{prefilter}" for quality in denoise.QUALITIES for prefilter in denoise.PREFILTERS)
 # Settings of our caches beside samples a pixel, arguments of `burnish render` each; the first is the default.
 CACHES = ((),)
+# What a method that is told an error is told.
+ERRORS = (.2, .14, .1, .07, .05, .035, .025, .0175, .0125)
+
+
+class Setting(NamedTuple):
+    spp: int              # None: up to the program
+    preset: tuple = ()
+    denoiser: str = ""
+
+    def __str__(self):
+        words = [f"{self.spp} spp" if self.spp else "", *self.preset, self.denoiser]
+        return " ".join(word.removeprefix("--") for word in words if word not in ("", "--denoise")).replace(",", " ")
 
 
 class Method(NamedTuple):
@@ -24,10 +36,17 @@ class Method(NamedTuple):
     presets: tuple = ((),)     # further arguments, each a family of settings over samples a pixel
     denoised: bool = False     # by scenes/denoise.py, with each denoiser
     unbiased: bool = False     # its squared error goes as one over the samples
+    by_error: bool = False     # its settings are not samples, but ERRORS
 
     @property
     def reference(self):
         return "path" if self.burnish else "cycles"
+
+    def setting(self, step, preset):
+        """The step-th of a family, from 0, each of about twice the cost of the one before; None: there are no more."""
+        if not self.by_error:
+            return Setting(2 ** step, preset)
+        return Setting(None, (*preset, "--error", f"{ERRORS[step]:g}")) if step < len(ERRORS) else None
 
 
 def methods(denoisers):
@@ -36,6 +55,7 @@ def methods(denoisers):
         Method("hsh", "hsh", presets=CACHES),
         Method("eas", "eas", presets=CACHES), Method("eas + OIDN", "eas", presets=CACHES, denoised=True),
         Method("hybrid", "hybrid", presets=CACHES), Method("hybrid + OIDN", "hybrid", presets=CACHES, denoised=True),
+        Method("auto", "auto", by_error=True),
         Method("Cycles", unbiased=True),
         Method("Cycles + OIDN", presets=tuple(("--denoise", each) for each in denoisers)),
         Method("Cycles guided", arguments=("--guiding",), unbiased=True),
@@ -43,16 +63,6 @@ def methods(denoisers):
 
 
 RIVAL = "Cycles + OIDN"  # what the others' times are divided by
-
-
-class Setting(NamedTuple):
-    spp: int
-    preset: tuple = ()
-    denoiser: str = ""
-
-    def __str__(self):
-        words = [f"{self.spp} spp", *(word for word in self.preset if word != "--denoise"), self.denoiser]
-        return " ".join(words).replace(",", " ").strip()
 
 
 class Point(NamedTuple):

@@ -100,8 +100,9 @@ def display(linear, stops=0):
 
 
 def stops(linear):
-    """Whole stops of exposure that bring the median luminance near .3."""
-    median = numpy.median(linear @ numpy.float32((.2126, .7152, .0722)))
+    """Whole stops of exposure that bring the median luminance near .3: that of blocks, since a noisy picture's pixels
+    may be black for the most part."""
+    median = numpy.median(shrink(linear, 8) @ numpy.float32((.2126, .7152, .0722)))
     return int(round(numpy.clip(numpy.log2(.3 / max(median, 1e-6)), -10, 10)))
 
 

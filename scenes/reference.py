@@ -4,10 +4,11 @@
     build/venv/bin/python scenes/reference.py NAME [--path SPP] [--cycles SPP] [--threads N]
     build/venv/bin/python scenes/reference.py boule1 --name n40 --set materials/Floor/exponent=40 --path 512
 
-Writes scenes/NAME/reference/{path,cycles}_{a,b}.exr, 16-bit floats: Combined, and Emission (what is seen directly of
-emitters and background), which is our path tracer's in all four, so that all are masked alike. Numbers have 8
-significant bits, rounded up or down by chance, each half for itself: files get small, and no mean moves. --name gives a
-variant, the scene with other values by --set, a folder of its own in there. Seeds 1 and 2; the demo's pictures use 0.
+Writes scenes/NAME/reference/{path,cycles}_{a,b}.exr, 16-bit floats: Combined, and Emission, 1 where emitters or the
+background are seen directly by our path tracer, in all four, so that all are masked alike. Numbers have as many
+significant bits as their noise is worth, rounded up or down by chance, each half for itself: files get small, and no
+mean moves. --name gives a variant, the scene with other values by --set, a folder of its own in there. Seeds 1 and 2;
+the demo's pictures use 0.
 command.txt beside the halves keeps the commands, the noise of a half (CV(RMSE) of all pixels) and what it cost.
 """
 import argparse
@@ -53,17 +54,19 @@ def keep_command(options, kind, samples, folder, noise, seconds):
         file.writelines(sorted(lines, reverse=True))  # path first: Cycles' halves take its Emission
 
 
-def store(path, combined, emission, seed):
-    """Writes a half."""
-    if numpy.abs(combined).max() > 65000:
-        raise SystemExit(f"{path}: a pixel of {combined.max():g} is too bright for 16 bits")
-    layers = {"Combined": combined, "Emission": emission}
-    pictures.write_half(path, {name: pictures.round_bits(pixels, seed) for name, pixels in layers.items()})
-
-
-def noise_of_a_half(halves):
-    one, other = map(pictures.read, halves)
+def noise_of_a_half(one, other):
     return float(numpy.sqrt(numpy.mean((one - other) ** 2) / 2) / numpy.mean((one + other) / 2))
+
+
+def store(paths, halves, lit):
+    """Writes both halves; returns the noise of one. lit: where emitters are seen."""
+    noise = noise_of_a_half(*halves)
+    bits = int(numpy.clip(2 + numpy.ceil(-numpy.log2(max(noise, 1e-6))), 4, 8))  # rounding adds about a tenth of it
+    for seed, (path, pixels) in enumerate(zip(paths, halves)):
+        if numpy.abs(pixels).max() > 60000:
+            raise SystemExit(f"{path}: a pixel of {pixels.max():g} is too bright for 16 bits")
+        pictures.write_half(path, {"Combined": pictures.round_bits(pixels, seed, bits), "Emission": lit})
+    return noise
 
 
 def main():
@@ -76,19 +79,19 @@ def main():
         for kind, samples in (("path", options.path), ("cycles", options.cycles)):
             if not samples:
                 continue
-            first, _ = run.reference(options.scene, "path", options.name)
-            emission = pictures.read(first, "Emission") if kind == "cycles" else None
-            seconds, halves = 0, run.reference(options.scene, kind, options.name)
-            for half, seed in zip(halves, (1, 2)):
+            halves, seconds = [], 0
+            for seed in (1, 2):
                 if kind == "path":
                     stats = run.burnish(scene, out, "path", samples, options.threads, seed, options.set)
-                    emission = pictures.read(out, "Emission") if emission is None else emission
                 else:
                     stats = run.cycles(options.scene, out, samples, options.threads, seed, assignments=options.set)
                 seconds += stats["cpu_s"] / 2
-                store(half, pictures.read(out), emission, seed)
-                print(f"{os.path.relpath(half, run.ROOT)}: {samples} samples a pixel", flush=True)
-            keep_command(options, kind, samples, folder, noise_of_a_half(halves), seconds)
+                halves.append(pictures.read(out))
+                print(f"{options.scene} by {kind}, half {seed}: {samples} samples a pixel", flush=True)
+            emission = out if kind == "path" else run.reference(options.scene, "path", options.name)[0]
+            lit = numpy.float32(pictures.read(emission, "Emission") > 0)
+            noise = store(run.reference(options.scene, kind, options.name), halves, lit)
+            keep_command(options, kind, samples, folder, noise, seconds)
 
 
 if __name__ == "__main__":

@@ -48,7 +48,7 @@ def reference(name, kind, variant=""):
 def _call(command, quiet=False):
     result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE if quiet else None, text=True)
     if result.returncode:
-        said = (result.stderr or result.stdout or "").strip()
+        said = (result.stderr or result.stdout or "").strip() if result.returncode > 0 else ""
         raise Failure(f"failed with {result.returncode}: {' '.join(command)}\n{result.stdout}{result.stderr or ''}",
                       said.splitlines()[-1] if said else f"{command[0]} ended with {result.returncode}")
     return result.stdout
@@ -69,11 +69,11 @@ def _set(assignments):
 
 
 def burnish(scene, out, method, samples, threads, seed=0, assignments=(), more=(), quiet=False):
-    """Renders and returns the numbers of --stats; assignments: what --set takes; more: other options; quiet: what it
-    says is shown only where it fails."""
+    """Renders and returns the numbers of --stats; samples: None for the program's own; assignments: what --set takes;
+    more: other options; quiet: what it says is shown only where it fails."""
     stats = out.replace(".exr", ".json")
-    _call([PROGRAM, "render", scene, "-o", out, "--method", method, "--spp", str(samples), "--threads", str(threads),
-           "--seed", str(seed), "--stats", stats, *_set(assignments), *more], quiet)
+    _call([PROGRAM, "render", scene, "-o", out, "--method", method, "--threads", str(threads), "--seed", str(seed),
+           "--stats", stats, *(["--spp", str(samples)] if samples else []), *_set(assignments), *more], quiet)
     with open(stats, encoding="utf-8") as file:
         return json.load(file)
 

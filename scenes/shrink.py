@@ -4,9 +4,9 @@
     build/venv/bin/python scenes/shrink.py SOURCE.blend scenes/NAME/NAME.blend --size 320x180 [--jpeg]
 
 Meshes that are one shape in several places become one mesh; positions are rounded to 2^-16 of the mesh's extent, UVs to
-2^-14; edges are put in the order in which faces use them, which packs better; with --jpeg pictures of colours become JPEG
-of quality 80 where that is smaller; data that nothing uses goes; the file is packed by zstd at its highest level, which
-Blender reads. Shapes, materials, lights and the camera stay. Needs the program zstd.
+2^-14; edges are put in the order in which faces use them, which packs better; with --jpeg pictures of colours become
+JPEG of quality 80 where that is smaller; data that nothing uses goes; the file is packed by zstd at its highest level,
+which Blender reads. Shapes, materials, lights and the camera stay. Needs the program zstd.
 """
 import argparse
 import collections

@@ -41,10 +41,11 @@ def parse_options():
     parser = argparse.ArgumentParser(prog="scenes/validate", description="Compares our pictures of Blender files with "
                                      "those of Cycles: a page a file.")
     parser.add_argument("files", nargs="+", metavar="FILE.blend", help="or the name of a scene in scenes/")
-    parser.add_argument("--method", default="eas", choices=("eas", "hsh", "hybrid", "path"),
+    parser.add_argument("--method", default="eas", choices=("auto", "eas", "hsh", "hybrid", "path"),
                         help="beside the path tracer, which always runs (eas)")
     parser.add_argument("--size", type=size, metavar="WxH",
-                        help=f"pixels; by default the file's, made smaller to {SIDE} on the longer side")
+                        help=f"pixels that pictures have to fit in; by default the file's size, its longer side {SIDE} "
+                        "at most")
     parser.add_argument("--spp", type=count, default=64, metavar="N",
                         help="samples a pixel of a half by Cycles and by the path tracer (64); caches take 16 at most")
     parser.add_argument("--threads", type=count, default=run.cores(), metavar="N", help="all cores by default")
@@ -63,6 +64,13 @@ def unique_names(files):
             name, number = f"{stem}_{number}", number + 1
         names.append(name)
     return names
+
+
+def fit(resolution, box):
+    """WIDTHxHEIGHT of the file's shape, as large as fits in the box: of another shape, Cycles would see another part of
+    the scene than the exported camera."""
+    scale = min(box[0] / resolution[0], box[1] / resolution[1]) if box else min(SIDE / max(resolution), 1)
+    return "x".join(str(max(round(side * scale), 4)) for side in resolution)
 
 
 class Case:
@@ -95,11 +103,7 @@ class Case:
         with open(os.path.join(self.scene, "scene.json"), encoding="utf-8") as file:
             scene = json.load(file)
         self.notes = scene["notes"]
-        width, height = self.options.size or scene["camera"]["resolution"]
-        if not self.options.size:
-            shrink = max(max(width, height) / SIDE, 1)
-            width, height = max(round(width / shrink), 16), max(round(height / shrink), 16)
-        self.size = f"{width}x{height}"
+        self.size = fit(scene["camera"]["resolution"], self.options.size)
 
     def cycles(self):
         """Two halves from build/validate, rendered where they aren't there."""
@@ -123,17 +127,15 @@ class Case:
 
     def ours(self, method):
         """Two halves by the path tracer; one picture by a cache."""
-        halves = method == "path"
-        samples = self.options.spp if halves else min(self.options.spp, SAMPLES)
-        outs = [os.path.join(self.work, f"{method}_{seed}.exr") for seed in ((1, 2) if halves else (0,))]
+        seeds, samples = ((1, 2), self.options.spp) if method == "path" else ((0,), min(self.options.spp, SAMPLES))
+        halves = {os.path.join(self.work, f"{method}_{seed}.exr"): seed for seed in seeds}
         self.stats[method] = [run.burnish(self.scene, out, method, samples, self.options.threads, seed,
-                                          more=["--size", self.size], quiet=True)
-                              for seed, out in zip((1, 2) if halves else (0,), outs)]
-        self.halves[method] = outs
+                                          more=["--size", self.size], quiet=True) for out, seed in halves.items()]
+        self.halves[method] = list(halves)
 
     def look(self):
         """What each pixel sees, for the table of materials; panoramas go without."""
-        out = os.path.join(self.work, "seen.npz")
+        out = os.path.join(self.scene, "seen.npz")  # of this export: the folder is a new one
         run.python("scenes/seen.py", self.file, out, self.size)
         self.seen = out if os.path.exists(out) else None
 
@@ -187,7 +189,7 @@ def run_case(case, options, progress):
         for pair in pairs:
             if all(kind in case.halves for kind in pair):
                 case.attempt(" against ".join(pair), lambda pair=pair: results.update({pair: case.compare(*pair)}))
-    validate_page.write(case, results)
+    case.attempt("page", lambda: validate_page.write(case, results))
     return case.rows(results)
 
 

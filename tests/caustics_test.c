@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Photons bring what gather rays would find of lamps in glossy surfaces, in the middle of a surface, at its edge, at a wall. */
+/* Photons bring what gather rays would find of lamps in glossy surfaces: in the middle of a surface, at its edge, at a
+ * wall. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -10,9 +11,9 @@
 #include "render/gather.h"
 #include "stage.h"
 
-/* A glossy floor under a ceiling that a lamp half-way up doesn't light but by way of it. At y = 0, about which all light
- * is symmetrical, the ceiling goes on, or ends 2 cm on; or a wall 1 cm on, to the floor, hides half of the lamp. The
- * camera's pixels are 8 mm wide there. */
+/* A glossy floor under a ceiling that a lamp half-way up doesn't light but by way of it. At y = 0, about which all
+ * light is symmetrical, the ceiling goes on, or ends 2 cm on; or a wall 1 cm on, to the floor, hides half of the lamp.
+ * The camera's pixels are 8 mm wide there. */
 enum place { OPEN, EDGE, WALL, PLACES };
 
 static struct model room(struct stage *s, struct scene_material floor, enum place place)

@@ -55,8 +55,8 @@ static void samples_follow_pdf(void **state)
         }
 }
 
-/* Glass loses nothing: smooth or compensated for multiple scattering it is white in a white furnace. (From inside Cycles'
- * compensation falls short.) Single scattering loses as much as its table says, and never gains. */
+/* Glass loses nothing: smooth or compensated for multiple scattering it is white in a white furnace. (From inside
+ * Cycles' compensation falls short.) Single scattering loses as much as its table says, and never gains. */
 static void white_furnace(void **state)
 {
     (void)state;

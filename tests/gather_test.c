@@ -13,7 +13,7 @@ static struct diffuse_cache build_cache(const struct model *model)
     struct diffuse_cache cache;
     char error[SCENE_ERROR];
     struct progress quiet = {.quiet = true};
-    assert_true(diffuse_cache_build(model, 5, &quiet, &cache, error));
+    assert_true(diffuse_cache_build(model, 0, 5, &quiet, &cache, error));
     return cache;
 }
 

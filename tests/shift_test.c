@@ -55,7 +55,7 @@ static int setup(void **state)
     struct progress quiet = {.quiet = true};
     room->model = build(s);
     *state = room;
-    return diffuse_cache_build(&room->model, 5, &quiet, &room->cache, error) ? 0 : -1;
+    return diffuse_cache_build(&room->model, 0, 5, &quiet, &room->cache, error) ? 0 : -1;
 }
 
 static int teardown(void **state)

@@ -66,6 +66,13 @@ def test_the_envelope_leaves_out_what_is_bettered():
     assert curves.envelope(points, lambda p: p[0], lambda p: p[1]) == [(1, 9), (2, 3), (4, 2)]
 
 
+def test_settings_grow():
+    path, auto = contest.Method("path", "path"), contest.Method("auto", "auto", by_error=True)
+    assert [str(path.setting(step, ())) for step in (0, 3)] == ["1 spp", "8 spp"]
+    assert str(auto.setting(2, ())) == "error 0.1" and auto.setting(len(contest.ERRORS), ()) is None
+    assert str(contest.Setting(4, ("--denoise", "high,none"))) == "4 spp high none"
+
+
 def test_times_to_a_level():
     """On a line of slope -1/2 in log and log, before it and beyond it."""
     curve = [(cost, cost ** -.5) for cost in (1, 16, 64)]

@@ -33,6 +33,8 @@ def sentence(result, code):
     ("render s -o a.exr --method path --records all", "--records"), ("render s -o a.exr --fill in", "'in'"),
     ("render s -o a.exr --method path --fill surfaces", "--fill"),
     ("render s -o a.exr --method path --cache c", "--cache"),
+    ("render s -o a.exr --error 0", "--error"), ("render s -o a.exr --error nan", "'nan'"),
+    ("render s -o a.exr --error .1 --cache c", "--cache"),
     ("compare a.exr", "two pictures"), ("compare a b c", "'c'"), ("compare a b --difference d.exr", ".png")])
 def test_wrong_usage_exits_2(sanitized, arguments, word):
     result = sanitized(*arguments.split(), check=2)
@@ -140,6 +142,17 @@ def test_threads_do_not_change_the_bytes(burnish, cornell, tmp_path, method):
         pictures.append(out.read_bytes())
     assert pictures[0] == pictures[1] == pictures[2] == pictures[3]
     assert pictures[0] != pictures[4]
+
+
+@pytest.mark.parametrize("method", ("auto", "hybrid", "path"))
+def test_threads_do_not_change_where_an_error_is_reached(burnish, cornell, tmp_path, method):
+    names = ("one", "two")
+    for threads, name in enumerate(names, 1):
+        burnish("render", cornell, "-o", tmp_path / f"{name}.exr", "--method", method, "--size", "48x48", "--error", .3,
+                "--threads", threads, "--stats", tmp_path / "a.json", check=0)
+    assert (tmp_path / "one.exr").read_bytes() == (tmp_path / "two.exr").read_bytes()
+    numbers = json.loads((tmp_path / "a.json").read_text())
+    assert 0 < numbers["error"] <= .3 and numbers["method"] != "auto"
 
 
 @pytest.mark.parametrize("method", METHODS)

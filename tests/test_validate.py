@@ -79,6 +79,11 @@ def test_cycles_is_kept_by_content(folder, monkeypatch, tmp_path):
         assert len(calls) == expected
 
 
+def test_pictures_keep_the_files_shape():
+    assert validate.fit((1920, 1080), None) == "480x270" and validate.fit((320, 320), None) == "320x320"
+    assert validate.fit((320, 320), (192, 128)) == "128x128" and validate.fit((100, 50), (400, 400)) == "400x200"
+
+
 def test_ratios_of_blocks():
     """20 x 12 pixels, the last blocks cut: 1.1 times as bright everywhere, 2 in one corner, black where both are."""
     truth = numpy.ones((12, 20, 3), numpy.float32)
@@ -92,6 +97,13 @@ def test_ratios_of_blocks():
     assert numpy.allclose(pictures.ratio_colour(numpy.float32([1])), 1)
 
 
+def test_exposure_does_not_follow_noise():
+    """A picture of .075 all over needs two stops, and so it does where one pixel in ten holds all of the light."""
+    flat = numpy.full((64, 64, 3), .075, numpy.float32)
+    noisy = 10 * flat * (numpy.random.default_rng(5).random((64, 64, 1), numpy.float32) < .1)
+    assert pictures.stops(flat) == pictures.stops(noisy) == 2
+
+
 def test_rounding_keeps_the_mean_and_eight_bits():
     values = numpy.float32(numpy.geomspace(1e-3, 3e4, 200))
     tries = numpy.stack([pictures.round_bits(values, seed) for seed in range(2000)])
@@ -102,9 +114,12 @@ def test_rounding_keeps_the_mean_and_eight_bits():
     assert numpy.array_equal(numpy.float32(numpy.float16(tries)), tries)
 
 
-def test_noise_of_a_half(tmp_path):
+@pytest.mark.parametrize("noise", [.01, .05, .5])
+def test_halves_are_stored_by_what_their_noise_is_worth(tmp_path, noise):
     rng = numpy.random.default_rng(4)
-    for name in "ab":
-        noisy = numpy.float32(2 + .1 * rng.standard_normal((64, 64, 3)))
-        reference.store(str(tmp_path / f"{name}.exr"), noisy, numpy.zeros_like(noisy), ord(name))
-    assert abs(reference.noise_of_a_half([str(tmp_path / f"{name}.exr") for name in "ab"]) / .05 - 1) < .05
+    halves = [numpy.float32(2 + 2 * noise * rng.standard_normal((64, 64, 3))) for _ in range(2)]
+    paths = [str(tmp_path / f"{name}.exr") for name in "ab"]
+    assert abs(reference.store(paths, halves, numpy.zeros_like(halves[0])) / noise - 1) < .05
+    stored = [pictures.read(path) for path in paths]
+    assert abs(reference.noise_of_a_half(*stored) / noise - 1) < .06
+    assert abs(numpy.mean(stored) / numpy.mean(halves) - 1) < .05 * noise

@@ -19,7 +19,7 @@ class Bakery:
         if not any(self.materials.wants_baking(material) for material in slots):
             return False
         names = tuple(material and material.original.name_full for material in slots)
-        key = (obj.name if obj.type != "MESH" else mesh.as_pointer(), cage is None, names)
+        key = (mesh.as_pointer(), cage is None, names)
         if key not in self.waiting:
             if len(self.waiting) == baking.SCENE_PICTURES:
                 return False

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's camera and picture size -> the format's camera."""
+import math
+
 from mathutils import Vector
 
 from placement import is_finite, is_mirrored, rigid
@@ -42,8 +44,11 @@ def export(scene_file, scene, depsgraph):
 
     entry = {"type": "perspective", "transform": transform(rigid(matrix))}
     if panoramic:
-        entry |= {"type": "panoramic", "window": numbers([camera.longitude_min, camera.longitude_max,
-                                                          camera.latitude_min, camera.latitude_max])}
+        east = min(camera.longitude_max, camera.longitude_min + 2 * math.pi)
+        if east < camera.longitude_max - 1e-5:
+            note("the panorama goes more than once round: once here")
+        entry |= {"type": "panoramic", "window": numbers([camera.longitude_min, east, camera.latitude_min,
+                                                          camera.latitude_max])}
     else:
         if camera.type == "ORTHO":
             entry["type"] = "orthographic"

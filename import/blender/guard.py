@@ -10,8 +10,9 @@ PR_SET_PDEATHSIG = 1
 
 
 def enter(program):
-    """Returns in the child; the parent ends as the child does, with status 3 where that crashes. To be called before
-    bpy is loaded: its threads would not survive the fork. Within Blender, and on other systems, nothing happens."""
+    """Returns in the child; the parent ends as the child does, but with status 3 where that crashes. To be called
+    before bpy is loaded: its threads would not survive the fork. Within Blender, and on other systems, it does nothing.
+    """
     if "bpy" in sys.modules or sys.platform != "linux":
         return
     parent, passed_on = os.getpid(), (signal.SIGINT, signal.SIGTERM)
@@ -28,6 +29,9 @@ def enter(program):
         signal.signal(number, lambda number, frame: os.kill(child, number))
     signal.pthread_sigmask(signal.SIG_UNBLOCK, passed_on)
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if -status in passed_on:
+        signal.signal(-status, signal.SIG_DFL)
+        os.kill(os.getpid(), -status)
     if status < 0:
         print(f"{program}: Blender crashed ({signal.strsignal(-status).lower()}) given {shlex.join(sys.argv[1:])}: "
               "the file may be damaged", file=sys.stderr)

@@ -12,7 +12,7 @@ WIDENED = math.pi / (SIDES * math.sin(math.pi / SIDES))
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))  # turns each strand otherwise, so that their mean meets that one
 CURVE_RADIUS = 0.005  # m, Cycles' of hair curves that say none
 CURVE_STEPS = 3       # between two points of a hair curve
-MOST_POINTS = 400_000  # of one object or particle system
+MOST_POINTS = 200_000  # of one object or particle system
 
 
 class Strands:
@@ -21,7 +21,7 @@ class Strands:
 
     def __init__(self, points, radii, counts, thinned=1):
         self.points, self.radii = np.nan_to_num(points, posinf=0, neginf=0), radii * thinned
-        self.counts, self.thinned = counts[counts > 0], thinned
+        self.counts, self.thinned = counts, thinned
 
 
 def of_curves(curves):
@@ -39,9 +39,9 @@ def of_curves(curves):
 def smooth(points, radii, counts, thinned):
     """Strands through the points as Catmull-Rom splines, which Cycles makes of them (cycles/kernel/geom/curve.h)."""
     values = np.column_stack([points, radii])
-    strand = np.repeat(np.arange(len(counts)), counts)
-    last = np.append(strand[1:] != strand[:-1], True)
-    first = np.append(True, last[:-1])
+    counts = counts[counts > 0]
+    first, last = np.zeros(len(points), bool), np.zeros(len(points), bool)
+    last[np.cumsum(counts) - 1] = first[np.cumsum(counts) - counts] = True
     at = np.flatnonzero(~last)
     p1, p2 = values[at], values[at + 1]
     p0, p3 = values[at - ~first[at]], values[at + 1 + ~last[at + 1]]

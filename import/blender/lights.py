@@ -7,10 +7,11 @@ import numpy as np
 
 import nodes
 from colours import Inputs
-from placement import rigid
+from placement import FARTHEST, rigid
 from scenefile import number, numbers, transform
 
 MINIMUM_SPREAD = math.radians(1)
+MINIMUM_SIZE = 1e-9  # m
 
 
 def strength(light, inputs):
@@ -76,12 +77,17 @@ def export_light(scene_file, instance):
         entry |= {"irradiance": numbers(power), "angle": number(light.angle)}
     elif light.type == "AREA":
         size_y = light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else light.size
-        size = [light.size * matrix.col[0].length, size_y * matrix.col[1].length]
+        x, y = np.array(matrix)[:3, :2].T  # doubles, which hold huge scales
+        along = np.linalg.norm(x), np.linalg.norm(y)
+        size = [light.size * along[0], size_y * along[1]]
         ellipse = light.shape in ("DISK", "ELLIPSE")
-        if size[0] * size[1] == 0:
+        if max(size) > FARTHEST:
+            note(f"is larger than {FARTHEST:g} m: left out")
+            return
+        if min(size) < MINIMUM_SIZE:
             note("has no size, so that it emits nothing: left out")
             return
-        if abs(matrix.col[0].dot(matrix.col[1])) > 1e-4 * matrix.col[0].length * matrix.col[1].length:
+        if abs(x @ y) > 1e-4 * along[0] * along[1]:
             note("a sheared lamp: straight here")
         if not light.normalize:
             power *= size[0] * size[1] * (math.pi / 4 if ellipse else 1)

@@ -10,12 +10,17 @@ import argparse
 import os
 import sys
 
-import bpy
-import numpy as np
+import guard
 
-import bundled  # noqa: F401  OpenImageIO
-import OpenImageIO
-from openfile import FileError, leave, open_file
+if __name__ == "__main__":
+    guard.enter("view.py")
+
+import bpy  # noqa: E402
+import numpy as np  # noqa: E402
+
+import bundled  # noqa: E402,F401  OpenImageIO
+import OpenImageIO  # noqa: E402
+from openfile import FileError, leave, open_file  # noqa: E402
 
 
 class ViewError(Exception):

@@ -13,8 +13,9 @@ import placement
 from scenefile import transform
 
 LEFT_OUT = {"VOLUME": "a volume", "POINTCLOUD": "a point cloud", "GREASEPENCIL": "grease pencil"}
-SILENT = {"CURVES", "EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
-WITH_SURFACE = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+# What curves, texts and metaballs have of a surface comes as an instance of a mesh.
+SILENT = {"CURVES", "CURVE", "SURFACE", "FONT", "META",
+          "EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
 RAYS = ("camera", "shadow", "diffuse", "glossy", "transmission")
 PROGRESS_SECONDS = 2
 
@@ -48,7 +49,7 @@ class Walk:
             return
         if obj.type == "LIGHT":
             lights.export_light(self.scene_file, instance)
-        elif obj.type in WITH_SURFACE:
+        elif obj.type == "MESH":
             self.export_surface(instance)
         elif obj.type not in SILENT:
             self.scene_file.note(f"{LEFT_OUT.get(obj.type, obj.type.lower())} is left out", object=obj.name)
@@ -59,10 +60,10 @@ class Walk:
         if len(hidden) == len(RAYS):
             self.scene_file.note("hidden from all rays: left out", object=obj.name)
             return
-        temporary = obj.type != "MESH"
-        mesh = obj.to_mesh() if temporary else obj.data
-        if mesh is None:
+        if placement.is_enormous(obj.bound_box, matrix):
+            self.scene_file.note(f"reaches farther than {placement.FARTHEST:g} m: left out", object=obj.name)
             return
+        mesh = obj.data
         if len(mesh.polygons):
             self.note_looks(obj, matrix, hidden)
         slots = slots_of(obj, mesh)
@@ -77,7 +78,7 @@ class Walk:
             exported = [self.materials.export(material, obj.name) for material in slots]
             uv_layers = tuple(material.uv_layer for material in exported)
             key = (mesh.as_pointer(), cage is None, uv_layers)
-            if temporary or flattened or key not in self.meshes:
+            if flattened or key not in self.meshes:
                 self.meshes[key] = geometry.export_mesh(self.scene_file, mesh, obj.data.name, cage, uv_layers,
                                                         flattened)
                 if not mesh.uv_layers:
@@ -89,8 +90,6 @@ class Walk:
                 self.scene_file.append("objects", entry)
             if flattened:
                 del self.meshes[key]
-        if temporary:
-            obj.to_mesh_clear()
 
     def note_missing_uvs(self, obj, exported):
         lists = self.scene_file.lists

@@ -45,7 +45,7 @@ static bool with_scene(char **arguments, int count, char error[static SCENE_ERRO
     if (!scene_read(arguments[0], &scene, error)) return false;
     bool good = model_build(&scene, &model, error);
     if (good) {
-        good = diffuse_cache_build(&model, 0, &quiet, &bounced, error);
+        good = diffuse_cache_build(&model, 0, 0, &quiet, &bounced, error);
         if (good) {
             good = count == 1 ? shift(&model, &bounced, error)
                               : one_record(&model, &bounced, atoi(arguments[1]), atoi(arguments[2]), atoi(arguments[3]),

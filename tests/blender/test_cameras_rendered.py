@@ -8,8 +8,7 @@ from mathutils import Vector
 
 from blenderscene import new_camera, new_material, new_object, new_plane
 import export as exporter
-import bundled  # noqa: F401  OpenImageIO
-import OpenImageIO
+from view import read_combined
 
 SIZE, BLOCK, SAMPLES = (48, 36), 6, 256
 TOLERANCE = 0.02  # of the brightest block
@@ -25,10 +24,7 @@ def compare(burnish, cycles, scene, tmp_path):
         expected = cycles(*SIZE, samples=SAMPLES, bounces=8)
         exporter.export_scene(scene, str(folder))
         burnish("render", folder, "-o", out, "--method", "path", "--spp", SAMPLES, "--threads", 1, check=0)
-        picture = OpenImageIO.ImageBuf(str(out))
-        names = list(picture.spec().channelnames)
-        found = picture.get_pixels(OpenImageIO.FLOAT)[:, :, [names.index(f"ViewLayer.Combined.{c}") for c in "RGB"]]
-        return blocks(found), blocks(expected)
+        return blocks(read_combined(str(out))), blocks(expected)
     return render
 
 

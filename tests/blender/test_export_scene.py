@@ -217,7 +217,7 @@ def test_signal_reaches_the_guarded(number):
                           stderr=subprocess.DEVNULL) as process:
         process.stdout.readline()
         process.send_signal(number)
-        assert process.wait(timeout=30) == (130 if number == signal.SIGINT else 3)
+        assert process.wait(timeout=30) == (130 if number == signal.SIGINT else -signal.SIGTERM)
 
 
 def test_hidden_and_second_view_layer(scene, export):

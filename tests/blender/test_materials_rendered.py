@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Each node that materials are made of, exported and rendered by our path tracer, beside Cycles.
 
-A set-up a patch: all lie in one grid, bulge towards the camera, are lit by a lamp and a sky of several colours, which is
-seen through what lets light through. A patch is 24 x 24 pixels, nine blocks.
+A set-up a patch: all lie in one grid, bulge towards the camera, are lit by a lamp and a sky of several colours, which
+is seen through what lets light through. A patch is 24 x 24 pixels, nine blocks.
 """
 import os
 import subprocess
@@ -20,7 +20,7 @@ BURNISH = os.path.join(ROOT, "build", "burnish")
 PATCH, BLOCK = 24, 8  # pixels
 SAMPLES = 96
 TOLERANCE = .01  # of a patch's mean; of its blocks' CV, beyond noise
-# Stand-ins: microfibres are a fit of Cycles' table; what is scattered below the surface comes out where it went in, which
+# Stand-ins: microfibres are a fit of Cycles' table; what is scattered below the surface comes out where it went in, as
 # a note says.
 WIDER = {"sheen": .07, "subsurface": .025}
 FACES = 12  # along a patch's side
@@ -218,6 +218,8 @@ SETUPS = {
     "colour nodes": colour_chain,
     "normal map": bumped("NormalMap", GLOSSY, Strength=.3),
     "bump": bumped("Bump", DIFFUSE, Strength=.6, Distance=.15),
+    "steep bump": bumped("Bump", DIFFUSE, Strength=1, Distance=.6),
+    "steep bump of principled": bumped("Bump", principled(Roughness=.5), Strength=1, Distance=.9),
     "noise": into("TexNoise", "Color", Scale=2, output="Color"),
     "voronoi roughness": into("TexVoronoi", "Roughness", GLOSSY, "Distance", Scale=2),
     "wave mix": mixed(RED, GLOSSY, output_of("TexWave", "Fac", Scale=1)),
