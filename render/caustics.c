@@ -19,6 +19,8 @@ enum { CANDIDATES = 1 << 18, PHOTONS = 1 << 17, SEED_CAUSTICS = 601 };
 #define REACH_PIXELS 10.0f
 #define WIDER 3.0f
 enum { HALVES = 3, ENOUGH = 100, PLENTY = 400, COVER = 8, COVER_EDGE = 32, PROBES = 256 };
+/* How far beyond the disc a surface that falls off is looked for, as a multiple of the disc's distance. */
+#define FARTHEST 2.0f
 /* Photons count where normals differ by less than 45 degrees. */
 #define NORMAL_COSINE .7f
 
@@ -44,11 +46,14 @@ static float3 corner(const struct trace_object *object, uint32_t triangle, size_
     return object->instanced ? transform_point(object->transform, p) : p;
 }
 
-static float area(const struct trace_object *object, uint32_t triangle)
+/* Twice its area long. */
+static float3 across(const struct trace_object *object, uint32_t triangle)
 {
     float3 a = corner(object, triangle, 0);
-    return .5f * length(cross(sub(corner(object, triangle, 1), a), sub(corner(object, triangle, 2), a)));
+    return cross(sub(corner(object, triangle, 1), a), sub(corner(object, triangle, 2), a));
 }
+
+static float area(const struct trace_object *object, uint32_t triangle) { return .5f * length(across(object, triangle)); }
 
 /* False: no memory. The caller frees in any case. */
 static bool find_sites(const struct model *model, struct sites *sites)
@@ -348,30 +353,46 @@ void caustics_free(struct caustics *caustics)
     *caustics = (struct caustics){0};
 }
 
-/* How many of `rays` points spread over a disc about p are surface, seen from above its middle. */
-static int covered(const struct model *model, float3 p, struct side side, float radius, int rays, struct rng *rng)
+/* How many of `rays` that fan out from `height` above p, to places spread over a disc about it, meet surface that faces
+ * as p's does, not far beyond the disc. *area: of what they meet within the radius, as a share of the disc: the solid
+ * angle of a place turned into area there. */
+static int covered(const struct model *model, float3 p, struct side side, float radius, float height, int rays,
+                   struct rng *rng, float *area)
 {
     struct frame frame = frame_about(side.ng);
     float turn = rng_float(rng), u = rng_float(rng);
-    float3 above = mad(side.origin, side.ng, .25f * radius);
+    float3 above = mad(side.origin, side.ng, height);
     int found = 0;
+    *area = 0;
     for (int i = 0; i < rays; i++) {
         float r = radius * sqrtf(((float)i + u) / (float)rays), phi = 2 * PI * (turn + .618034f * (float)i);
         float3 to = sub(mad(mad(p, frame.t, r * cosf(phi)), frame.b, r * sinf(phi)), above);
         float distance = length(to);
+        struct ray ray = {above, scale(to, 1 / distance)};
         struct hit hit;
-        if (trace_closest(model->trace, above, scale(to, 1 / distance), 1.5f * distance, &hit))
-            found += hit.t > .8f * distance;
+        if (!trace_closest(model->trace, ray.origin, ray.dir, FARTHEST * distance, &hit)) continue;
+        float3 n = normalize(across(&model->objects[hit.object], hit.triangle));
+        float cosine = -dot(n, ray.dir);
+        if (fabsf(cosine) < 1e-3f || dot(n, side.ng) * (cosine > 0 ? 1 : -1) < NORMAL_COSINE) continue;
+        found++;
+        float3 d = sub(mad(above, ray.dir, hit.t), p);
+        if (dot(d, d) < sqr(1.0001f * radius))
+            *area += sqr(hit.t / distance) * -dot(side.ng, ray.dir) / fabsf(cosine) / (float)rays;
     }
     return found;
 }
 
-/* The share of a disc that is surface. */
+/* The area of surface within the radius that photons may lie on, as a share of the disc. On smooth surfaces, however
+ * curved, it is the disc's, as on a ball (Archimedes): what counts is where they end. */
 static float coverage(const struct model *model, float3 p, struct side side, float radius, struct rng *rng)
 {
-    if (covered(model, p, side, radius, COVER, rng) == COVER) return 1;
-    int found = covered(model, p, side, radius, COVER_EDGE, rng);
-    return (float)(found > 0 ? found : 1) / COVER_EDGE;
+    struct hit hit;
+    float area, height = radius;
+    float3 start = mad(side.origin, side.ng, .1f * radius); /* a mean of places on a curved surface lies below it */
+    if (trace_closest(model->trace, start, side.ng, 2 * radius, &hit)) height = .1f * radius + .5f * hit.t;
+    if (covered(model, p, side, radius, height, COVER, rng, &area) == COVER) return 1;
+    covered(model, p, side, radius, height, COVER_EDGE, rng, &area);
+    return maxf(area, 1.0f / COVER_EDGE);
 }
 
 rgb caustics_irradiance(const struct model *model, const struct caustics *caustics, float3 p, struct side side,
