@@ -194,7 +194,10 @@ static uint32_t bucket_of(const struct caustics *caustics, int x, int y, int z)
 }
 
 /* Cells are as wide as the estimate: eight of them at most have all that it needs. */
-static int cell_of(const struct caustics *caustics, float x) { return (int)floorf(x / (2 * caustics->reach)); }
+static int cell_of(const struct caustics *caustics, float x)
+{
+    return (int)floorf(clampf(x / (2 * caustics->reach), -1e9f, 1e9f));
+}
 
 static uint32_t bucket_at(const struct caustics *caustics, float3 p)
 {
@@ -207,16 +210,25 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Sorts the photons into `sorted` by the buckets of cells as wide as the reach is now. */
-static void sort(struct caustics *caustics, struct photon *sorted)
+bool caustics_index(struct caustics *caustics)
 {
-    uint32_t *start = caustics->buckets + 1; /* of each bucket, one ahead while they are filled */
-    memset(caustics->buckets, 0, ((size_t)caustics->bucket_count + 2) * sizeof *caustics->buckets);
-    for (uint32_t i = 0; i < caustics->count; i++) start[bucket_at(caustics, caustics->photons[i].p) + 1]++;
-    for (uint32_t i = 0; i < caustics->bucket_count; i++) start[i + 1] += start[i];
-    for (uint32_t i = 0; i < caustics->count; i++)
-        sorted[start[bucket_at(caustics, caustics->photons[i].p)]++] = caustics->photons[i];
-    memcpy(caustics->photons, sorted, caustics->count * sizeof *sorted);
+    free(caustics->buckets);
+    caustics->bucket_count = caustics->count + 1;
+    caustics->buckets = calloc((size_t)caustics->bucket_count + 2, sizeof *caustics->buckets);
+    struct photon *sorted = malloc((caustics->count + 1) * sizeof *sorted);
+    bool ok = caustics->buckets && sorted;
+    if (ok) {
+        uint32_t *start = caustics->buckets + 1; /* of each bucket, one ahead while they are filled */
+        for (uint32_t i = 0; i < caustics->count; i++) start[bucket_at(caustics, caustics->photons[i].p) + 1]++;
+        for (uint32_t i = 0; i < caustics->bucket_count; i++) start[i + 1] += start[i];
+        for (uint32_t i = 0; i < caustics->count; i++)
+            sorted[start[bucket_at(caustics, caustics->photons[i].p)]++] = caustics->photons[i];
+        free(caustics->photons);
+        caustics->photons = sorted;
+    } else {
+        free(sorted);
+    }
+    return ok;
 }
 
 /* Sums over photons within reach, reach/2, reach/4. */
@@ -260,32 +272,26 @@ static struct estimate estimate_at(const struct caustics *caustics, float3 p, fl
 /* Chooses the reach, and sorts the photons for it. False: no memory. */
 static bool arrange(const struct model *model, struct caustics *caustics)
 {
-    float *values = malloc((caustics->count + 1) * sizeof *values);
-    struct photon *sorted = malloc((caustics->count + 1) * sizeof *sorted);
     uint32_t step = caustics->count / PROBES + 1, probes = 0;
-    caustics->bucket_count = caustics->count + 1;
-    caustics->buckets = malloc(((size_t)caustics->bucket_count + 2) * sizeof *caustics->buckets);
-    bool ok = values && sorted && caustics->buckets;
-    if (ok && caustics->count) {
-        for (uint32_t i = 0; i < caustics->count; i++)
-            values[i] = camera_pixel_width(&model->scene->camera, caustics->photons[i].p);
-        qsort(values, caustics->count, sizeof *values, compare_floats);
-        caustics->reach = REACH_PIXELS * values[caustics->count / 2];
-        sort(caustics, sorted);
-        for (uint32_t i = 0; i < caustics->count; i += step)
-            values[probes++] =
-                (float)estimate_at(caustics, caustics->photons[i].p, caustics->photons[i].n).count[0];
+    if (!caustics->count) return true;
+    float *values = malloc(caustics->count * sizeof *values);
+    if (!values) return false;
+    for (uint32_t i = 0; i < caustics->count; i++)
+        values[i] = camera_pixel_width(&model->scene->camera, caustics->photons[i].p);
+    qsort(values, caustics->count, sizeof *values, compare_floats);
+    caustics->reach = REACH_PIXELS * values[caustics->count / 2];
+    bool ok = caustics_index(caustics);
+    for (uint32_t i = 0; ok && i < caustics->count; i += step)
+        values[probes++] = (float)estimate_at(caustics, caustics->photons[i].p, caustics->photons[i].n).count[0];
+    if (ok) {
         qsort(values, probes, sizeof *values, compare_floats);
         float median = values[probes / 2], wider = 1;
         if (median < ENOUGH) wider = minf(sqrtf(ENOUGH / median), WIDER);
         if (median > PLENTY) wider = sqrtf(PLENTY / median);
-        if (wider != 1) {
-            caustics->reach *= wider;
-            sort(caustics, sorted);
-        }
+        caustics->reach *= wider;
+        ok = wider == 1 || caustics_index(caustics);
     }
     free(values);
-    free(sorted);
     return ok;
 }
 
@@ -294,8 +300,7 @@ static bool send_all(const struct model *model, struct candidate *candidates, ui
 {
     double sum = 0, passed = 0;
     for (uint32_t i = 0; i < CANDIDATES; i++) sum += candidates[i].weight;
-    caustics->active = sum > 0;
-    if (!caustics->active) return true;
+    if (!(sum > 0)) return true;
     uint32_t *source = malloc(PHOTONS * sizeof *source), next = 0;
     caustics->photons = malloc(PHOTONS * sizeof *caustics->photons);
     bool *arrived = malloc(PHOTONS * sizeof *arrived);

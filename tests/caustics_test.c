@@ -86,7 +86,7 @@ static void test_photons_bring_what_rays_find(void **state)
         for (int map = 0; map < MAPS; map++) {
             struct caustics caustics;
             assert_true(caustics_build(&model, (uint64_t)map, &caustics));
-            assert_true(caustics.active && caustics.count > 1000);
+            assert_true(caustics.count > 1000);
             for (int k = 0; k < QUERIES; k++) {
                 struct side side;
                 float3 p = somewhere(&rng, &side);
@@ -111,7 +111,7 @@ static void test_without_lobes_there_are_none(void **state)
     struct rng rng = rng_seed(1, 1, 1);
     const float3 up = {0, 0, 1};
     assert_true(caustics_build(&model, 3, &caustics));
-    assert_false(caustics.active);
+    assert_int_equal(caustics.count, 0);
     assert_true(is_black(caustics_irradiance(&model, &caustics, up, (struct side){up, up, up}, &rng)));
     caustics_free(&caustics);
     end(s, &model);
