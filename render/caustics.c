@@ -53,7 +53,10 @@ static float3 across(const struct trace_object *object, uint32_t triangle)
     return cross(sub(corner(object, triangle, 1), a), sub(corner(object, triangle, 2), a));
 }
 
-static float area(const struct trace_object *object, uint32_t triangle) { return .5f * length(across(object, triangle)); }
+static float area(const struct trace_object *object, uint32_t triangle)
+{
+    return .5f * length(across(object, triangle));
+}
 
 /* False: no memory. The caller frees in any case. */
 static bool find_sites(const struct model *model, struct sites *sites)

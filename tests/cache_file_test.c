@@ -253,8 +253,8 @@ static void refuses_what_cannot_be(void **state)
     } floats[] = {{1.25f, .9f},   {1.25f, 5},    {1.25f, NAN},     {.123f, INFINITY}, {.123f, 1e16f}, {.28f, .5f},
                   {.321f, 0},     {.321f, -.3f}, {.321f, 1.5e-8f}, {.321f, 1e10f},    {.321f, NAN},   {.543f, NAN},
                   {.765f, 1e20f}, {.111f, -.1f}, {.111f, NAN},     {2.22f, INFINITY}, {.352f, .5f},   {.333f, 6.4f},
-                  {.936f, 1e30f}, {-.0f, 1},     {.654f, NAN},  {.567f, INFINITY}, {.6f, .7f},        {.789f, NAN},   {.456f, 0},
-                  {.456f, NAN},   {.456f, 1e10f}};
+                  {.936f, 1e30f}, {-.0f, 1},     {.654f, NAN},  {.567f, INFINITY}, {.6f, .7f},
+                  {.789f, NAN},   {.456f, 0},    {.456f, NAN},    {.456f, 1e10f}};
     const struct {
         uint32_t was, now;
     } words[] = {{391, 418}, {391, UINT32_MAX}, {83, 110}, {83, UINT32_MAX}, {17, 18}, {17, UINT32_MAX},

@@ -24,8 +24,8 @@ static void add_vault(struct stage *s, float radius)
 }
 
 /* A glossy floor under a ceiling that a lamp half-way up doesn't light but by way of it. At y = 0, about which all
- * light is symmetrical, the ceiling goes on, or ends 2 cm on; or a wall 1 cm on, to the floor, hides half of the lamp; or
- * the ceiling bends. The camera's pixels are 8 mm wide there. */
+ * light is symmetrical, the ceiling goes on, or ends 2 cm on; or a wall 1 cm on, to the floor, hides half of the lamp;
+ * or the ceiling bends. The camera's pixels are 8 mm wide there. */
 enum place { OPEN, EDGE, WALL, VAULT, PLACES };
 
 static struct model room(struct stage *s, struct scene_material floor, enum place place)
