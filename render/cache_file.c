@@ -13,7 +13,7 @@
 #include "render/image.h"
 
 /* VERSION rises with every change of what the file holds or of what it means, that of records included. */
-enum { VERSION = 2, BYTE_ORDER_MARK = 0x01020304, BYTE_ORDER_SWAPPED = 0x04030201 };
+enum { VERSION = 3, BYTE_ORDER_MARK = 0x01020304, BYTE_ORDER_SWAPPED = 0x04030201 };
 static const char magic[8] = "BURNISHC";
 
 /* What --method calls each kind. */
@@ -30,9 +30,10 @@ struct header {
     uint32_t kind, lamps, surfaces, closure_count;
     struct scene_camera camera;
     float stretch[CACHES];
-    uint32_t zones[CACHES], eas_count, hsh_count;
+    uint32_t zones[CACHES], eas_count, hsh_count, photon_count;
+    float reach;
 };
-static_assert(sizeof(struct header) == 176, "no padding");
+static_assert(sizeof(struct header) == 184, "no padding");
 
 /* What --set may have changed of a closure. */
 struct property {
@@ -61,7 +62,8 @@ static uint64_t bytes_before_checksum(const struct header *header)
     return sizeof *header + (uint64_t)header->closure_count * sizeof(struct property) +
            (uint64_t)zones[BOUNCED] * (sizeof(struct zone) + sizeof(rgb)) +
            ((uint64_t)zones[DIFFUSE] + zones[GLOSSY]) * (sizeof(struct zone) + sizeof(struct record)) +
-           (uint64_t)header->eas_count * sizeof(struct eas) + (uint64_t)header->hsh_count * sizeof(float);
+           (uint64_t)header->eas_count * sizeof(struct eas) + (uint64_t)header->hsh_count * sizeof(float) +
+           (uint64_t)header->photon_count * sizeof(struct photon);
 }
 
 static void put(char **to, const void *from, size_t bytes)
@@ -94,6 +96,7 @@ static char *assemble(const struct header *header, const struct scene *scene, co
     put(&to, fill->bounced.e, fill->bounced.zones.count * sizeof *fill->bounced.e);
     put_records(&to, &fill->diffuse);
     put_records(&to, &fill->glossy);
+    put(&to, fill->bounced.caustics.photons, fill->bounced.caustics.count * sizeof *fill->bounced.caustics.photons);
     checksum = scene_hash_bytes(0, bytes, checked);
     put(&to, &checksum, sizeof checksum);
     *size = checked + sizeof checksum;
@@ -116,7 +119,9 @@ bool cache_file_write(const char *path, uint64_t hash, const struct scene *scene
         .stretch = {fill->bounced.zones.stretch, fill->diffuse.zones.stretch, fill->glossy.zones.stretch},
         .zones = {fill->bounced.zones.count, fill->diffuse.zones.count, fill->glossy.zones.count},
         .eas_count = fill->glossy.eas_count,
-        .hsh_count = fill->glossy.hsh_count};
+        .hsh_count = fill->glossy.hsh_count,
+        .photon_count = fill->bounced.caustics.count,
+        .reach = fill->bounced.caustics.reach};
     memcpy(header.magic, magic, sizeof magic);
     char name[PATH_MAX];
     size_t size;
@@ -240,6 +245,15 @@ static bool are_records(const struct record_cache *cache)
     return are_sane(cache->hsh, cache->hsh_count);
 }
 
+static bool are_photons(const struct caustics *caustics)
+{
+    for (uint32_t i = 0; i < caustics->count; i++)
+        if (!are_sane(&caustics->photons[i].p.x, sizeof(struct photon) / sizeof(float)) ||
+            !is_unit(caustics->photons[i].n))
+            return false;
+    return !caustics->count || (caustics->reach > 1e-9f && caustics->reach < 1e9f);
+}
+
 /* A copy of the next bytes, at least one so that it isn't NULL; NULL: no memory. */
 static void *take(const char **from, uint64_t count, size_t size)
 {
@@ -274,9 +288,13 @@ static const char *take_all(const char *from, const struct header *header, const
     fill->bounced.e = take(&from, header->zones[BOUNCED], sizeof *fill->bounced.e);
     take_records(&from, header, DIFFUSE, &fill->diffuse);
     take_records(&from, header, GLOSSY, &fill->glossy);
+    struct caustics *caustics = &fill->bounced.caustics;
+    caustics->photons = take(&from, header->photon_count, sizeof *caustics->photons);
+    caustics->count = header->photon_count;
+    caustics->reach = header->reach;
     struct cache *caches[CACHES] = {&fill->bounced.zones, &fill->diffuse.zones, &fill->glossy.zones};
     bool room = fill->bounced.e && fill->diffuse.records && fill->diffuse.eas && fill->diffuse.hsh &&
-                fill->glossy.records && fill->glossy.eas && fill->glossy.hsh;
+                fill->glossy.records && fill->glossy.eas && fill->glossy.hsh && caustics->photons;
     for (int i = 0; i < CACHES; i++) room = room && caches[i]->zones;
     if (!room) return "out of memory";
     for (int i = 0; i < CACHES; i++)
@@ -285,6 +303,8 @@ static const char *take_all(const char *from, const struct header *header, const
     if (!are_records(&fill->diffuse) || !are_records(&fill->glossy) ||
         !are_sane(&fill->bounced.e->x, 3 * (size_t)header->zones[BOUNCED]))
         return "is damaged: it holds a record that can't be";
+    if (!are_photons(caustics)) return "is damaged: it holds a photon that can't be";
+    if (caustics->count && !caustics_index(caustics)) return "out of memory";
     for (int i = 0; i < CACHES; i++)
         if (!cache_reindex(caches[i])) return "out of memory";
     return fill_tables(scene, fill) ? NULL : "out of memory";

@@ -19,6 +19,8 @@ enum { CANDIDATES = 1 << 18, PHOTONS = 1 << 17, SEED_CAUSTICS = 601 };
 #define REACH_PIXELS 10.0f
 #define WIDER 3.0f
 enum { HALVES = 3, ENOUGH = 100, PLENTY = 400, COVER = 8, COVER_EDGE = 32, PROBES = 256 };
+/* How far beyond the disc a surface that falls off is looked for, as a multiple of the disc's distance. */
+#define FARTHEST 2.0f
 /* Photons count where normals differ by less than 45 degrees. */
 #define NORMAL_COSINE .7f
 
@@ -44,10 +46,16 @@ static float3 corner(const struct trace_object *object, uint32_t triangle, size_
     return object->instanced ? transform_point(object->transform, p) : p;
 }
 
-static float area(const struct trace_object *object, uint32_t triangle)
+/* Twice its area long. */
+static float3 across(const struct trace_object *object, uint32_t triangle)
 {
     float3 a = corner(object, triangle, 0);
-    return .5f * length(cross(sub(corner(object, triangle, 1), a), sub(corner(object, triangle, 2), a)));
+    return cross(sub(corner(object, triangle, 1), a), sub(corner(object, triangle, 2), a));
+}
+
+static float area(const struct trace_object *object, uint32_t triangle)
+{
+    return .5f * length(across(object, triangle));
 }
 
 /* False: no memory. The caller frees in any case. */
@@ -189,7 +197,10 @@ static uint32_t bucket_of(const struct caustics *caustics, int x, int y, int z)
 }
 
 /* Cells are as wide as the estimate: eight of them at most have all that it needs. */
-static int cell_of(const struct caustics *caustics, float x) { return (int)floorf(x / (2 * caustics->reach)); }
+static int cell_of(const struct caustics *caustics, float x)
+{
+    return (int)floorf(clampf(x / (2 * caustics->reach), -1e9f, 1e9f));
+}
 
 static uint32_t bucket_at(const struct caustics *caustics, float3 p)
 {
@@ -202,16 +213,25 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Sorts the photons into `sorted` by the buckets of cells as wide as the reach is now. */
-static void sort(struct caustics *caustics, struct photon *sorted)
+bool caustics_index(struct caustics *caustics)
 {
-    uint32_t *start = caustics->buckets + 1; /* of each bucket, one ahead while they are filled */
-    memset(caustics->buckets, 0, ((size_t)caustics->bucket_count + 2) * sizeof *caustics->buckets);
-    for (uint32_t i = 0; i < caustics->count; i++) start[bucket_at(caustics, caustics->photons[i].p) + 1]++;
-    for (uint32_t i = 0; i < caustics->bucket_count; i++) start[i + 1] += start[i];
-    for (uint32_t i = 0; i < caustics->count; i++)
-        sorted[start[bucket_at(caustics, caustics->photons[i].p)]++] = caustics->photons[i];
-    memcpy(caustics->photons, sorted, caustics->count * sizeof *sorted);
+    free(caustics->buckets);
+    caustics->bucket_count = caustics->count + 1;
+    caustics->buckets = calloc((size_t)caustics->bucket_count + 2, sizeof *caustics->buckets);
+    struct photon *sorted = malloc((caustics->count + 1) * sizeof *sorted);
+    bool ok = caustics->buckets && sorted;
+    if (ok) {
+        uint32_t *start = caustics->buckets + 1; /* of each bucket, one ahead while they are filled */
+        for (uint32_t i = 0; i < caustics->count; i++) start[bucket_at(caustics, caustics->photons[i].p) + 1]++;
+        for (uint32_t i = 0; i < caustics->bucket_count; i++) start[i + 1] += start[i];
+        for (uint32_t i = 0; i < caustics->count; i++)
+            sorted[start[bucket_at(caustics, caustics->photons[i].p)]++] = caustics->photons[i];
+        free(caustics->photons);
+        caustics->photons = sorted;
+    } else {
+        free(sorted);
+    }
+    return ok;
 }
 
 /* Sums over photons within reach, reach/2, reach/4. */
@@ -255,32 +275,26 @@ static struct estimate estimate_at(const struct caustics *caustics, float3 p, fl
 /* Chooses the reach, and sorts the photons for it. False: no memory. */
 static bool arrange(const struct model *model, struct caustics *caustics)
 {
-    float *values = malloc((caustics->count + 1) * sizeof *values);
-    struct photon *sorted = malloc((caustics->count + 1) * sizeof *sorted);
     uint32_t step = caustics->count / PROBES + 1, probes = 0;
-    caustics->bucket_count = caustics->count + 1;
-    caustics->buckets = malloc(((size_t)caustics->bucket_count + 2) * sizeof *caustics->buckets);
-    bool ok = values && sorted && caustics->buckets;
-    if (ok && caustics->count) {
-        for (uint32_t i = 0; i < caustics->count; i++)
-            values[i] = camera_pixel_width(&model->scene->camera, caustics->photons[i].p);
-        qsort(values, caustics->count, sizeof *values, compare_floats);
-        caustics->reach = REACH_PIXELS * values[caustics->count / 2];
-        sort(caustics, sorted);
-        for (uint32_t i = 0; i < caustics->count; i += step)
-            values[probes++] =
-                (float)estimate_at(caustics, caustics->photons[i].p, caustics->photons[i].n).count[0];
+    if (!caustics->count) return true;
+    float *values = malloc(caustics->count * sizeof *values);
+    if (!values) return false;
+    for (uint32_t i = 0; i < caustics->count; i++)
+        values[i] = camera_pixel_width(&model->scene->camera, caustics->photons[i].p);
+    qsort(values, caustics->count, sizeof *values, compare_floats);
+    caustics->reach = REACH_PIXELS * values[caustics->count / 2];
+    bool ok = caustics_index(caustics);
+    for (uint32_t i = 0; ok && i < caustics->count; i += step)
+        values[probes++] = (float)estimate_at(caustics, caustics->photons[i].p, caustics->photons[i].n).count[0];
+    if (ok) {
         qsort(values, probes, sizeof *values, compare_floats);
         float median = values[probes / 2], wider = 1;
         if (median < ENOUGH) wider = minf(sqrtf(ENOUGH / median), WIDER);
         if (median > PLENTY) wider = sqrtf(PLENTY / median);
-        if (wider != 1) {
-            caustics->reach *= wider;
-            sort(caustics, sorted);
-        }
+        caustics->reach *= wider;
+        ok = wider == 1 || caustics_index(caustics);
     }
     free(values);
-    free(sorted);
     return ok;
 }
 
@@ -289,8 +303,7 @@ static bool send_all(const struct model *model, struct candidate *candidates, ui
 {
     double sum = 0, passed = 0;
     for (uint32_t i = 0; i < CANDIDATES; i++) sum += candidates[i].weight;
-    caustics->active = sum > 0;
-    if (!caustics->active) return true;
+    if (!(sum > 0)) return true;
     uint32_t *source = malloc(PHOTONS * sizeof *source), next = 0;
     caustics->photons = malloc(PHOTONS * sizeof *caustics->photons);
     bool *arrived = malloc(PHOTONS * sizeof *arrived);
@@ -348,30 +361,46 @@ void caustics_free(struct caustics *caustics)
     *caustics = (struct caustics){0};
 }
 
-/* How many of `rays` points spread over a disc about p are surface, seen from above its middle. */
-static int covered(const struct model *model, float3 p, struct side side, float radius, int rays, struct rng *rng)
+/* How many of `rays` that fan out from `height` above p, to places spread over a disc about it, meet surface that faces
+ * as p's does, not far beyond the disc. *area: of what they meet within the radius, as a share of the disc: the solid
+ * angle of a place turned into area there. */
+static int covered(const struct model *model, float3 p, struct side side, float radius, float height, int rays,
+                   struct rng *rng, float *area)
 {
     struct frame frame = frame_about(side.ng);
     float turn = rng_float(rng), u = rng_float(rng);
-    float3 above = mad(side.origin, side.ng, .25f * radius);
+    float3 above = mad(side.origin, side.ng, height);
     int found = 0;
+    *area = 0;
     for (int i = 0; i < rays; i++) {
         float r = radius * sqrtf(((float)i + u) / (float)rays), phi = 2 * PI * (turn + .618034f * (float)i);
         float3 to = sub(mad(mad(p, frame.t, r * cosf(phi)), frame.b, r * sinf(phi)), above);
         float distance = length(to);
+        struct ray ray = {above, scale(to, 1 / distance)};
         struct hit hit;
-        if (trace_closest(model->trace, above, scale(to, 1 / distance), 1.5f * distance, &hit))
-            found += hit.t > .8f * distance;
+        if (!trace_closest(model->trace, ray.origin, ray.dir, FARTHEST * distance, &hit)) continue;
+        float3 n = normalize(across(&model->objects[hit.object], hit.triangle));
+        float cosine = -dot(n, ray.dir);
+        if (fabsf(cosine) < 1e-3f || dot(n, side.ng) * (cosine > 0 ? 1 : -1) < NORMAL_COSINE) continue;
+        found++;
+        float3 d = sub(mad(above, ray.dir, hit.t), p);
+        if (dot(d, d) < sqr(1.0001f * radius))
+            *area += sqr(hit.t / distance) * -dot(side.ng, ray.dir) / fabsf(cosine) / (float)rays;
     }
     return found;
 }
 
-/* The share of a disc that is surface. */
+/* The area of surface within the radius that photons may lie on, as a share of the disc. On smooth surfaces, however
+ * curved, it is the disc's, as on a ball (Archimedes): what counts is where they end. */
 static float coverage(const struct model *model, float3 p, struct side side, float radius, struct rng *rng)
 {
-    if (covered(model, p, side, radius, COVER, rng) == COVER) return 1;
-    int found = covered(model, p, side, radius, COVER_EDGE, rng);
-    return (float)(found > 0 ? found : 1) / COVER_EDGE;
+    struct hit hit;
+    float area, height = radius;
+    float3 start = mad(side.origin, side.ng, .1f * radius); /* a mean of places on a curved surface lies below it */
+    if (trace_closest(model->trace, start, side.ng, 2 * radius, &hit)) height = .1f * radius + .5f * hit.t;
+    if (covered(model, p, side, radius, height, COVER, rng, &area) == COVER) return 1;
+    covered(model, p, side, radius, height, COVER_EDGE, rng, &area);
+    return maxf(area, 1.0f / COVER_EDGE);
 }
 
 rgb caustics_irradiance(const struct model *model, const struct caustics *caustics, float3 p, struct side side,

@@ -11,6 +11,8 @@
 #ifndef RENDER_CAUSTICS_H
 #define RENDER_CAUSTICS_H
 
+#include <assert.h>
+
 #include "render/rng.h"
 #include "render/shade.h"
 
@@ -18,17 +20,22 @@ struct photon {
     float3 p, n; /* where it came down: m, world; the shading normal on its side */
     rgb flux;    /* W */
 };
+static_assert(sizeof(struct photon) == 36, "written to files as it stands");
 
 struct caustics {
-    bool active;            /* whether they hold this light: else gather rays do */
     struct photon *photons; /* sorted by bucket */
     uint32_t *buckets;      /* hash of cell to its first photon, [bucket_count + 1] */
-    uint32_t count, bucket_count;
+    uint32_t count;         /* 0: gather rays hold this light */
+    uint32_t bucket_count;
     float reach; /* radius of the density estimate, m: it shrinks where photons are many */
 };
 
 /* Deterministic for any number of threads. False: no memory; nothing to free then. */
 bool caustics_build(const struct model *model, uint64_t seed, struct caustics *caustics);
+
+/* Sorts photons for a reach, both given: those of caustics_build are as they were. False: no memory; the caller frees
+ * in any case. */
+bool caustics_index(struct caustics *caustics);
 void caustics_free(struct caustics *caustics);
 
 /* Irradiance at p, on a side of its surface, by this light, W/m2; a few rays find how much surface there is about it,

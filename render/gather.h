@@ -28,7 +28,7 @@ struct gathered {
 static inline rgb gathered_diffuse(const struct gathered *light, const struct diffuse_cache *cache)
 {
     rgb all = add(light->surface, light->mirrored);
-    return cache->caustics.active ? sub(all, light->caustic) : all;
+    return cache->caustics.count ? sub(all, light->caustic) : all;
 }
 
 /* Follows a ray from a surface point. `terms` NULL: the cache is complete. */

@@ -101,10 +101,6 @@ static int load_caches(const struct model *model, const struct options *options,
     struct cache_file_change change;
     progress_begin(progress, "loading", 0);
     if (!cache_file_read(options->cache, hash, model->scene, &wanted, fill, &change, error)) return EXIT_INPUT;
-    if (!caustics_build(model, fill->options.seed, &fill->bounced.caustics)) {
-        snprintf(error, SCENE_ERROR, "%s: out of memory", options->cache);
-        return EXIT_OUTPUT;
-    }
     progress_end(progress, 0);
     *loaded = fill_records(fill);
     if (change.materials) fprintf(stderr, "burnish: %s: %s\n", options->cache, change.stale);

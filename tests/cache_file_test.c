@@ -41,12 +41,22 @@ static void add_records(struct record_cache *cache, uint32_t eas_count, struct r
             eas_make(vec3(0, 0, -2), mad(vec3(0, 0, 1), spread(rng), 2), spread(rng), vec3(1, 2, 3), .1f, i % 3 == 0);
 }
 
+static void add_photons(struct caustics *caustics, struct rng *rng)
+{
+    *caustics = (struct caustics){.photons = calloc(ZONES, sizeof *caustics->photons), .count = ZONES, .reach = .4f};
+    for (int i = 0; i < ZONES; i++)
+        caustics->photons[i] =
+            (struct photon){{4 * rng_float(rng) - 2, 4 * rng_float(rng) - 2, -2}, {0, 0, 1}, {1, rng_float(rng), 1}};
+    assert_true(caustics_index(caustics));
+}
+
 /* Caches about the floor of new_scene, made without a ray. */
 static struct fill new_fill(void)
 {
     struct rng rng = rng_seed(1, 2, 3);
     struct fill fill = {.options = options, .tables = mean_brdf_build()};
     add_zones(&fill.bounced.zones, &rng);
+    add_photons(&fill.bounced.caustics, &rng);
     fill.bounced.e = calloc(ZONES, sizeof *fill.bounced.e);
     add_records(&fill.diffuse, 0, &rng);
     add_records(&fill.glossy, EAS, &rng);
@@ -168,9 +178,9 @@ static void says_what_differs(void **state)
     char *bytes = slurp(&size);
     spill("nothing", 7);
     refuse(HASH, options, s, "no cache");
-    bytes[12] ^= 2; /* the version */
+    bytes[12] ^= 3; /* the version */
     spill(bytes, size);
-    refuse(HASH, options, s, "version 0 of the format, expected 2");
+    refuse(HASH, options, s, "version 0 of the format, expected 3");
     for (int i = 8; i < 10; i++) { /* the byte order */
         char swap = bytes[i];
         bytes[i] = bytes[19 - i];
@@ -217,6 +227,7 @@ static void refuses_what_cannot_be(void **state)
     struct zone *zone = &fill.glossy.zones.zones[7];
     struct record *record = &fill.glossy.records[8];
     struct eas *near = &fill.glossy.eas[10], *far = &fill.glossy.eas[12];
+    struct caustics *caustics = &fill.bounced.caustics;
     fill.diffuse.zones.stretch = 1.25f;
     *zone = (struct zone){{.123f, .2f, -2}, {.28f, .96f, 0}, .321f};
     fill.bounced.e[4].y = .543f;
@@ -231,6 +242,8 @@ static void refuses_what_cannot_be(void **state)
     far->position = vec3(0, .352f, .936f);
     far->area = .333f;
     far->normal.y = -.0f; /* the one such word */
+    caustics->photons[9] = (struct photon){{.567f, 0, -2}, {0, .6f, .8f}, {1, .789f, 1}};
+    caustics->reach = .456f;
     assert_true(!near->infinite && far->infinite);
     assert_true(cache_file_write(path, HASH, &s->scene, &fill, error));
     size_t size;
@@ -240,7 +253,8 @@ static void refuses_what_cannot_be(void **state)
     } floats[] = {{1.25f, .9f},   {1.25f, 5},    {1.25f, NAN},     {.123f, INFINITY}, {.123f, 1e16f}, {.28f, .5f},
                   {.321f, 0},     {.321f, -.3f}, {.321f, 1.5e-8f}, {.321f, 1e10f},    {.321f, NAN},   {.543f, NAN},
                   {.765f, 1e20f}, {.111f, -.1f}, {.111f, NAN},     {2.22f, INFINITY}, {.352f, .5f},   {.333f, 6.4f},
-                  {.936f, 1e30f}, {-.0f, 1},     {.654f, NAN}};
+                  {.936f, 1e30f}, {-.0f, 1},     {.654f, NAN},  {.567f, INFINITY}, {.6f, .7f},
+                  {.789f, NAN},   {.456f, 0},    {.456f, NAN},    {.456f, 1e10f}};
     const struct {
         uint32_t was, now;
     } words[] = {{391, 418}, {391, UINT32_MAX}, {83, 110}, {83, UINT32_MAX}, {17, 18}, {17, UINT32_MAX},
