@@ -348,12 +348,12 @@ void caustics_free(struct caustics *caustics)
     *caustics = (struct caustics){0};
 }
 
-/* How many of `rays` points spread over a disc about p are surface, seen from above its middle. */
-static int covered(const struct model *model, float3 p, struct side side, float radius, int rays, struct rng *rng)
+/* How many of `rays` points spread over a disc about p are surface, seen from `above` its middle. */
+static int covered(const struct model *model, float3 p, float3 ng, float3 above, float radius, int rays,
+                   struct rng *rng)
 {
-    struct frame frame = frame_about(side.ng);
+    struct frame frame = frame_about(ng);
     float turn = rng_float(rng), u = rng_float(rng);
-    float3 above = mad(side.origin, side.ng, .25f * radius);
     int found = 0;
     for (int i = 0; i < rays; i++) {
         float r = radius * sqrtf(((float)i + u) / (float)rays), phi = 2 * PI * (turn + .618034f * (float)i);
@@ -369,8 +369,17 @@ static int covered(const struct model *model, float3 p, struct side side, float 
 /* The share of a disc that is surface. */
 static float coverage(const struct model *model, float3 p, struct side side, float radius, struct rng *rng)
 {
-    if (covered(model, p, side, radius, COVER, rng) == COVER) return 1;
-    int found = covered(model, p, side, radius, COVER_EDGE, rng);
+    float height = .25f * radius;
+    float3 above = mad(side.origin, side.ng, height);
+    if (covered(model, p, side.ng, above, radius, COVER, rng) == COVER) return 1;
+    int found = covered(model, p, side.ng, above, radius, COVER_EDGE, rng);
+    struct hit over;
+    if (trace_closest(model->trace, side.origin, side.ng, height, &over)) {
+        /* In a gap `above` is behind its other side; from its middle a bent surface hides itself. More was seen. */
+        above = mad(side.origin, side.ng, over.t / 2);
+        int within = covered(model, p, side.ng, above, radius, COVER_EDGE, rng);
+        if (within > found) found = within;
+    }
     return (float)(found > 0 ? found : 1) / COVER_EDGE;
 }
 
