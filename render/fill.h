@@ -55,8 +55,8 @@ struct fill {
     struct hsh *hsh; /* FILL_HSH; else NULL */
 };
 
-/* Makes the caches; bare ones may be filled by fill_extend once their options say how. Deterministic for any number of threads. False and a sentence where memory runs out; nothing to
- * free then. */
+/* Makes the caches; bare ones may be filled by fill_extend once their options say how. Deterministic for any number of
+ * threads. False and a sentence where memory runs out; nothing to free then. */
 bool fill_build(const struct model *model, const struct fill_options *options, struct progress *progress,
                 struct fill *fill, char error[static SCENE_ERROR]);
 

@@ -185,7 +185,8 @@ void trace_shadows(const struct trace *trace, const struct shadow_ray *rays, int
 {
     enum { PACKET = 16 };
     struct RTCIntersectContext context;
-    /* Not flagged coherent, which brings no speed here: Embree 3.13's occlusion by frusta never ends for some packets. */
+    /* Not flagged coherent, which brings no speed here: Embree 3.13's occlusion by frusta never ends for some
+     * packets. */
     rtcInitIntersectContext(&context);
     trace->counters[omp_get_thread_num() & (COUNTERS - 1)].rays += (uint64_t)count;
     for (int first = 0; first < count; first += PACKET) {

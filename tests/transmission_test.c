@@ -139,7 +139,8 @@ static void furnace(void **state)
         for (int k = 0; k < METHODS - 1; k++) {
             double sum = all(draw(&room, (struct render_options){METHOD[k], .spp = k == 0 && rough ? 512 : 64}));
             if (k == 0 && rough) truth[1] = sum;
-            if (!(fabs(sum / truth[1] - 1) < .03)) fail_msg("room, method %d, rough %d: %g of %g", k, rough, sum, truth[1]);
+            if (!(fabs(sum / truth[1] - 1) < .03))
+                fail_msg("room, method %d, rough %d: %g of %g", k, rough, sum, truth[1]);
         }
         assert_true(truth[1] > 1.8);
         end(s, &room);
