@@ -8,13 +8,13 @@ seconds; auto, and hybrid where it is denoised, are told ever smaller errors. Fu
 other of the same method bettered in both time and error.
 """
 import argparse
-import csv
 import os
 import sys
 import time
 
 import chart_page
 import contest
+import csvfile
 import curves
 import measure
 import run
@@ -106,16 +106,14 @@ def worth_more(results, methods):
 
 
 def write_csv(path, charts):
-    with open(path + ".part", "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        for scene, results in charts:
-            for (method, setting), seeds in results.items():
-                for seed, point in seeds.items():
-                    values = (getattr(point, column) for column in COLUMNS[4:])
-                    writer.writerow([scene.name, method.name, setting, seed,
-                                     *("" if v is None else v if isinstance(v, int) else f"{v:.6g}" for v in values)])
-    os.replace(path + ".part", path)
+    table = []
+    for scene, results in charts:
+        for (method, setting), seeds in results.items():
+            for seed, point in seeds.items():
+                values = (getattr(point, column) for column in COLUMNS[4:])
+                table.append([scene.name, method.name, setting, seed,
+                              *("" if v is None else v if isinstance(v, int) else f"{v:.6g}" for v in values)])
+    csvfile.write(path, COLUMNS, table)
 
 
 def measure_all(options):

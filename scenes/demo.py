@@ -8,12 +8,12 @@ noises taken out. FLIP is LDR-FLIP of all pixels as the view transform "Standard
 halves, whose noise stays in it. Times are from the parsed scene to pixels, user CPU seconds; MB are the caches.
 """
 import argparse
-import csv
 import os
 import time
 
 import numpy
 
+import csvfile
 import pictures
 import run
 
@@ -110,15 +110,12 @@ def main():
         done += 1
         print(f"[{done}/{steps}] {time.monotonic() - start:.0f} s  {text}", flush=True)
 
-    rows = []
+    table = []
     for name in options.scenes:
-        rows += run_scene(name, options, step)
-    with open(os.path.join(options.out, "results.csv"), "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, restval="")
-        writer.writeheader()
-        writer.writerows(rows)
+        table += run_scene(name, options, step)
+    csvfile.write(os.path.join(options.out, "results.csv"), COLUMNS, table)
     print()
-    print_table(rows)
+    print_table(table)
     print(f"\n{time.monotonic() - start:.0f} s. Pictures and results.csv are in {options.out}")
 
 

@@ -2,10 +2,10 @@
 """What scenes/paper runs once all is built: measures what the paper's tables and figures ask for, and writes index.html
 and results.csv anew after each of them, so that they show what is there."""
 import argparse
-import csv
 import os
 from typing import Callable, NamedTuple
 
+import csvfile
 import measure
 import method_figures
 import page
@@ -84,12 +84,7 @@ def write(options, sections, rows):
                                             for figure, _ in sections) + "</nav>\n")
     page.write(os.path.join(options.out, "index.html"), TITLE, introduction(options), contents,
                *(page.section(figure.name, figure.title, *pieces) for figure, pieces in sections))
-    path = os.path.join(options.out, "results.csv")
-    with open(path + ".part", "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        writer.writerows(rows)
-    os.replace(path + ".part", path)
+    csvfile.write(os.path.join(options.out, "results.csv"), COLUMNS, rows)
 
 
 def main():

@@ -6,7 +6,6 @@ The scene is scenes/cornell, for triangles with a ball in place of its short box
 in the pictures of growing resolution.
 """
 import argparse
-import csv
 import json
 import os
 import resource
@@ -16,6 +15,7 @@ import time
 
 import numpy
 
+import csvfile
 import measure
 import page
 import plots
@@ -152,12 +152,7 @@ def short(value):
 
 def write(scale):
     out = scale.options.out
-    path = os.path.join(out, "scale.csv")
-    with open(path + ".part", "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        writer.writeheader()
-        writer.writerows(scale.rows)
-    os.replace(path + ".part", path)
+    csvfile.write(os.path.join(out, "scale.csv"), COLUMNS, scale.rows)
     pieces = []
     for against, title in TITLES.items():
         wanted = next(quantities for name, x, quantities in SLOPES if name == against and x == "value")

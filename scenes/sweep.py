@@ -7,7 +7,6 @@ to the error of our picture there, or the most that --cycles allows. Errors are 
 for Cycles, too; they are rendered once and kept in build/references.
 """
 import argparse
-import csv
 import json
 import os
 import re
@@ -16,6 +15,7 @@ import time
 
 import numpy
 
+import csvfile
 import kept
 import measure
 import page
@@ -180,12 +180,7 @@ def verdict(sweep):
 
 def write(sweep):
     out, rows, values_ = sweep.options.out, sweep.rows, sweep.values
-    path = os.path.join(out, "sweep.csv")
-    with open(path + ".part", "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
-        writer.writeheader()
-        writer.writerows(rows)
-    os.replace(path + ".part", path)
+    csvfile.write(os.path.join(out, "sweep.csv"), COLUMNS, rows)
     name = sweep.property.rsplit("/", 1)[1]
     for column, label in (("cv_rmse", "CV(RMSE)"), ("cpu_s", "CPU s")):
         series = [(way, colour, "o-", values_, of(rows, way, column)) for way, colour in zip(WAYS, COLOURS)]

@@ -8,12 +8,12 @@ only links to doesn't count: --fresh renders them again). A file that fails does
 Exit status: 0, 1 where a file or one of its pictures failed, 2 for wrong usage.
 """
 import argparse
-import csv
 import hashlib
 import json
 import os
 import sys
 
+import csvfile
 import pictures
 import run
 import validate_page
@@ -193,14 +193,6 @@ def run_case(case, options, progress):
     return case.rows(results)
 
 
-def write_rows(path, rows):
-    with open(path + ".part", "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        writer.writerows(rows)
-    os.replace(path + ".part", path)
-
-
 def main():
     options = parse_options()
     os.makedirs(options.out, exist_ok=True)
@@ -212,7 +204,7 @@ def main():
         case = Case(name, file, options)
         rows += run_case(case, options, progress)
         failed += [f"{name}: {text}: {sentence}" for text, sentence in case.failures]
-        write_rows(os.path.join(options.out, "results.csv"), rows)
+        csvfile.write(os.path.join(options.out, "results.csv"), COLUMNS, rows)
     print(f"\n{progress.passed():.0f} s. " + ", ".join(os.path.join(options.out, name, "index.html")
                                                       for name in unique_names(options.files)))
     print(*failed, sep="\n", end="\n" * bool(failed))
