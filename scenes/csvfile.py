@@ -5,8 +5,8 @@ import os
 
 
 def write(path, columns, rows):
-    """Rows are sequences, or dicts by column: what they lack is empty, what no column names is left out. A whole file or
-    none: it is renamed into place."""
+    """Rows are sequences, or dicts by column: what they lack is empty, what no column names is left out. A whole file
+    or none: it is renamed into place."""
     with open(path + ".part", "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns)
