@@ -6,7 +6,7 @@
 
 #include "render/pane.h"
 #include "render/sequence.h"
-#include "render/transform.h"
+#include "render/surfaces.h"
 
 /* Points that are looked at, and photons sent from some of them. */
 enum { CANDIDATES = 1 << 18, PHOTONS = 1 << 17, SEED_CAUSTICS = 601 };
@@ -39,23 +39,9 @@ struct sites {
     size_t *first; /* triangle of each object in `reach`, and the count at the end */
 };
 
-static float3 corner(const struct trace_object *object, uint32_t triangle, size_t i)
-{
-    const struct triangles *t = object->triangles;
-    float3 p = vec_from(t->positions + 3 * (size_t)t->indices[3 * (size_t)triangle + i]);
-    return object->instanced ? transform_point(object->transform, p) : p;
-}
-
-/* Twice its area long. */
-static float3 across(const struct trace_object *object, uint32_t triangle)
-{
-    float3 a = corner(object, triangle, 0);
-    return cross(sub(corner(object, triangle, 1), a), sub(corner(object, triangle, 2), a));
-}
-
 static float area(const struct trace_object *object, uint32_t triangle)
 {
-    return .5f * length(across(object, triangle));
+    return .5f * length(surfaces_across(object, triangle));
 }
 
 /* False: no memory. The caller frees in any case. */
@@ -81,14 +67,9 @@ static bool find_sites(const struct model *model, struct sites *sites)
 /* The point of a triangle that three numbers choose; returns its density, 1/m2. */
 static double site(const struct model *model, const struct sites *sites, float u, float2 place, struct hit *hit)
 {
-    size_t count = sites->first[model->scene->object_count], low = 0, high = count - 1;
+    size_t count = sites->first[model->scene->object_count];
     uint32_t object = 0;
-    double at = u * sites->reach[count - 1];
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (sites->reach[middle] > at) high = middle;
-        else low = middle + 1;
-    }
+    size_t low = surfaces_find(sites->reach, count, u * sites->reach[count - 1]);
     while (sites->first[object + 1] <= low) object++;
     bool fold = place.x + place.y > 1; /* evenly in the triangle: the square's far half is folded back */
     *hit = (struct hit){.object = object,
@@ -379,7 +360,7 @@ static int covered(const struct model *model, float3 p, struct side side, float 
         struct ray ray = {above, scale(to, 1 / distance)};
         struct hit hit;
         if (!trace_closest(model->trace, ray.origin, ray.dir, FARTHEST * distance, &hit)) continue;
-        float3 n = normalize(across(&model->objects[hit.object], hit.triangle));
+        float3 n = normalize(surfaces_across(&model->objects[hit.object], hit.triangle));
         float cosine = -dot(n, ray.dir);
         if (fabsf(cosine) < 1e-3f || dot(n, side.ng) * (cosine > 0 ? 1 : -1) < NORMAL_COSINE) continue;
         found++;

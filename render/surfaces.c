@@ -9,7 +9,7 @@
 /* Diffuse walks that look for a way out, and points of each. */
 enum { WALKS = 2, STEPS = 8, SEED_WALK = 501 };
 
-static float area(const struct trace_object *object, uint32_t triangle)
+float3 surfaces_across(const struct trace_object *object, uint32_t triangle)
 {
     const struct triangles *t = object->triangles;
     float3 p[3];
@@ -17,7 +17,7 @@ static float area(const struct trace_object *object, uint32_t triangle)
         p[i] = vec_from(t->positions + 3 * (size_t)t->indices[3 * (size_t)triangle + (size_t)i]);
         if (object->instanced) p[i] = transform_point(object->transform, p[i]);
     }
-    return .5f * length(cross(sub(p[1], p[0]), sub(p[2], p[0])));
+    return cross(sub(p[1], p[0]), sub(p[2], p[0]));
 }
 
 bool surfaces_build(const struct model *model, struct surfaces *surfaces)
@@ -36,7 +36,7 @@ bool surfaces_build(const struct model *model, struct surfaces *surfaces)
     double sum = 0;
     for (int i = 0; i < objects; i++)
         for (uint32_t k = 0; k < model->objects[i].triangles->triangle_count; k++)
-            surfaces->reach[surfaces->first[i] + k] = sum += area(&model->objects[i], k);
+            surfaces->reach[surfaces->first[i] + k] = sum += .5f * length(surfaces_across(&model->objects[i], k));
     return true;
 }
 
@@ -47,8 +47,7 @@ void surfaces_free(struct surfaces *surfaces)
     *surfaces = (struct surfaces){0};
 }
 
-/* The first of `count` numbers that is beyond `at`, or the last. */
-static size_t find(const double *reach, size_t count, double at)
+size_t surfaces_find(const double *reach, size_t count, double at)
 {
     size_t low = 0, high = count - 1;
     while (low < high) {
@@ -68,7 +67,7 @@ bool surfaces_point(const struct surfaces *surfaces, uint32_t i, struct point *p
     uint32_t low = 0, high = (uint32_t)surfaces->model->scene->object_count;
     size_t count = surfaces->first[high];
     if (!count || !(surfaces->reach[count - 1] > 0)) return false;
-    size_t triangle = find(surfaces->reach, count, u[0] * surfaces->reach[count - 1]);
+    size_t triangle = surfaces_find(surfaces->reach, count, u[0] * surfaces->reach[count - 1]);
     while (high - low > 1) { /* the last object that begins there or before */
         uint32_t middle = (low + high) / 2;
         *(surfaces->first[middle] <= triangle ? &low : &high) = middle;

@@ -11,6 +11,12 @@ struct surfaces {
     size_t *first;             /* triangle of each object in `reach`, and the count at the end */
 };
 
+/* The cross product of two sides of a triangle, world space: along its geometric normal, twice its area long. */
+float3 surfaces_across(const struct trace_object *object, uint32_t triangle);
+
+/* The first of `count` growing numbers that is beyond `at`, or the last. */
+size_t surfaces_find(const double *reach, size_t count, double at);
+
 /* False: no memory; nothing to free then. */
 bool surfaces_build(const struct model *model, struct surfaces *surfaces);
 void surfaces_free(struct surfaces *surfaces);
