@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/accuracy.h"
 
+#include "render/adaptive.h"
+
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 /* Part of the error that the caches may have. */
 #define CACHE_SHARE .75
@@ -12,18 +15,19 @@ enum { CHEAP_PATHS = 16, CHEAP_SAMPLES = 4 };
 /* Noise is measured at no fewer than so many pixels of a large picture; samples a pixel of the two pilots. */
 enum { NOISE_PIXELS = 1 << 13, PILOT_SAMPLES = 2 };
 enum { SEED_PILOT = 701, SEED_ROUND = SEED_PILOT + 2 };
+/* The part of the samples by the pilot's noise that are taken before it is measured anew. */
+#define FIRST .5
 /* How many times as many samples there may be after the next round; how many more than predicted, since another round
  * costs more than they do. */
 enum { MOST_GROWTH = 8 };
 #define MARGIN 1.15
 
 /* Adds samples to a picture, or to some of its pixels. */
-static void add_samples(const struct model *model, struct cached *cached, int count, uint64_t seed, int stream,
-                        int stride, struct progress *progress, struct film *film)
+static void add_samples(const struct model *model, const struct cached *cached, int spp, const float *weights,
+                        uint64_t seed, int stream, int stride, struct progress *progress, struct film *film)
 {
-    seed = rng_mix(seed ^ (uint64_t)stream << 32);
-    if (cached) cached->spp = count, cached->seed = seed;
-    render_samples(model, cached, count, seed, stride, progress, film);
+    struct render_pass pass = {spp, weights, rng_mix(seed ^ (uint64_t)stream << 32), stride};
+    render_samples(model, cached, &pass, progress, film);
 }
 
 static int noise_stride(const struct film *film)
@@ -33,17 +37,17 @@ static int noise_stride(const struct film *film)
 }
 
 /* CV(RMSE) of one sample a pixel, by two pictures at some of the pixels. False: no memory. */
-static bool pilot_noise(const struct model *model, struct cached *cached, uint64_t seed, struct progress *progress,
-                        double *noise)
+static bool pilot_noise(const struct model *model, const struct cached *cached, uint64_t seed,
+                        struct progress *progress, double *noise)
 {
     struct film halves[2] = {{0}};
     const struct scene_camera *camera = &model->scene->camera;
     bool ok = film_alloc(&halves[0], camera->width, camera->height, cached) &&
               film_alloc(&halves[1], camera->width, camera->height, cached);
     for (int half = 0; ok && half < 2; half++)
-        add_samples(model, cached, PILOT_SAMPLES, seed, SEED_PILOT + half, noise_stride(&halves[half]), progress,
+        add_samples(model, cached, PILOT_SAMPLES, NULL, seed, SEED_PILOT + half, noise_stride(&halves[half]), progress,
                     &halves[half]);
-    *noise = ok ? film_noise(&halves[0], &halves[1]) * sqrt(2 * PILOT_SAMPLES) : 0;
+    *noise = ok ? film_noise(&halves[0], &halves[1]) * sqrt(PILOT_SAMPLES) : 0;
     for (int half = 0; half < 2; half++) film_free(&halves[half]);
     return ok;
 }
@@ -74,9 +78,9 @@ static bool good_enough(const struct model *model, const struct fill *fill, stru
     double own = 0;
     bool bare = fill->options.coarseness == FILL_BARE;
     progress_begin(progress, "caches' error", trace_rays(model->trace));
-    bool ok = cached_prepare(model, fill, 1, options->seed, &cached) &&
+    bool ok = cached_prepare(model, fill, &cached) &&
               (bare ? pilot_noise(model, &cached, options->seed, progress, &options->noise)
-                    : cached_error(&cached, &own));
+                    : cached_error(&cached, options->seed, &own));
     cached_free(&cached);
     progress_end(progress, trace_rays(model->trace));
     *good = bare ? few_samples(options, CHEAP_SAMPLES) : own <= CACHE_SHARE * options->error;
@@ -113,30 +117,37 @@ bool accuracy_fill(const struct model *model, struct render_options *options, st
     return true;
 }
 
-bool accuracy_render(const struct model *model, struct cached *cached, const struct render_options *options,
+bool accuracy_render(const struct model *model, const struct cached *cached, const struct render_options *options,
                      struct progress *progress, struct film *film, double *estimate, int *spp)
 {
     struct film other = {0}; /* as many samples of some of the pixels */
-    double own = 0, noise = options->noise;
+    float *weights = NULL;
+    double own = 0, noise = options->noise, gain = 1;
     bool ok = film_alloc(&other, film->width, film->height, film->cache) &&
-              (!cached || cached_error(cached, &own)) &&
+              (!cached || cached_error(cached, options->seed, &own)) &&
               (noise > 0 || pilot_noise(model, cached, options->seed, progress, &noise));
     double left = sqrt(fmax(options->error * options->error - own * own, .1 * options->error * options->error));
+    double wanted = MARGIN * noise * noise / (left * left); /* samples, everywhere alike */
     int done = 0;
-    *spp = 0;
-    for (int round = 0, next = 0; ok && done < options->spp; round++) {
-        double factor = MARGIN * noise * noise / (left * left); /* `noise`: of `done` samples, at first of one */
-        next = (int)ceil(done ? done * fmin(factor, MOST_GROWTH) : fmin(factor, MOST_GROWTH * 2 * PILOT_SAMPLES));
+    if (ok && cached && wanted >= ADAPTIVE_LEAST)
+        ok = adaptive_weights(model, cached, options->seed, progress, &weights, &gain);
+    /* Few samples spread less well than many: the pilot tells of too much noise. */
+    if (weights) wanted *= FIRST / gain;
+    for (int round = 0; ok && done < options->spp; round++) {
+        int next = (int)ceil(fmin(wanted, MOST_GROWTH * (done ? done : 2 * PILOT_SAMPLES))), stream = SEED_ROUND + 2 * round;
         if (next <= done) next = done + 1;
         if (next > options->spp) next = options->spp;
-        int stream = SEED_ROUND + 2 * round;
-        add_samples(model, cached, next - done, options->seed, stream, 1, progress, film);
-        add_samples(model, cached, next - done, options->seed, stream + 1, noise_stride(film), progress, &other);
-        *spp = done = next;
-        noise = sqrt(2) * film_noise(film, &other);
-        *estimate = sqrt(noise * noise + own * own);
+        add_samples(model, cached, next - done, weights, options->seed, stream, 1, progress, film);
+        add_samples(model, cached, next - done, weights, options->seed, stream + 1, noise_stride(film),
+                    progress, &other);
+        done = next;
+        noise = film_noise(film, &other);
         if (noise <= left) break;
+        wanted = MARGIN * done * noise * noise / (left * left);
     }
+    *spp = done;
+    *estimate = sqrt(noise * noise + own * own);
     film_free(&other);
+    free(weights);
     return ok;
 }

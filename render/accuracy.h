@@ -24,7 +24,7 @@ bool accuracy_fill(const struct model *model, struct render_options *options, st
 /* Renders until the estimated error is at most options->error, or options->spp samples are there, as few rounds as a
  * pilot's noise allows; `film`: allocated, black. `cached` NULL: by path tracing. *estimate: the error, *spp: the
  * samples a pixel. False: no memory. */
-bool accuracy_render(const struct model *model, struct cached *cached, const struct render_options *options,
+bool accuracy_render(const struct model *model, const struct cached *cached, const struct render_options *options,
                      struct progress *progress, struct film *film, double *estimate, int *spp);
 
 #endif

@@ -8,7 +8,7 @@
 #include "render/sequence.h"
 
 /* Samples of a pixel that are grouped together: a power of two, for the sequence. */
-enum { SEED_PIXEL = 401, BATCH = 16 };
+enum { SEED_PIXEL = 401, BATCH = 64 };
 
 /* Shadow rays a camera ray: to lamps (a power of two); under an environment alone, which comes from all sides. */
 enum { SHADOW_RAYS = 4, SKY_RAYS = 12 };
@@ -23,9 +23,9 @@ enum { CHECK_POINTS = 2048, CHECK_RAYS = 4, SEED_CHECK = 402 };
 #define GROUP_ANGLE .063f
 #define GROUP_LOBE (1.0f / 8)
 
-bool cached_prepare(const struct model *model, const struct fill *fill, int spp, uint64_t seed, struct cached *cached)
+bool cached_prepare(const struct model *model, const struct fill *fill, struct cached *cached)
 {
-    *cached = (struct cached){.model = model, .fill = fill, .spp = spp, .seed = seed};
+    *cached = (struct cached){.model = model, .fill = fill};
     return direct_prepare(model, fill->tables, fill->options.lamps, &cached->direct);
 }
 
@@ -221,11 +221,11 @@ static void look_up(const struct cached *cached, const struct group *group, stru
 }
 
 /* Samples first .. first + count of a pixel. */
-static void add_batch(const struct cached *cached, int x, int y, int first, int count, struct shadow_memory *memory,
-                      struct pixel *pixel)
+static void add_batch(const struct cached *cached, int x, int y, int first, int count, uint64_t seed,
+                      struct shadow_memory *memory, struct pixel *pixel)
 {
     uint64_t index = (uint64_t)(y * cached->model->scene->camera.width + x);
-    struct rng rng = rng_seed(cached->seed ^ (uint64_t)SEED_PIXEL << 32, index, (uint64_t)first);
+    struct rng rng = rng_seed(seed ^ (uint64_t)SEED_PIXEL << 32, index, (uint64_t)first);
     const int lamps_count = count * SHADOW_RAYS;
     struct sequence place = sequence_draw(&rng, count), lamp = sequence_draw(&rng, lamps_count),
                     lobe = sequence_draw(&rng, count);
@@ -284,10 +284,11 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
     }
 }
 
-void cached_pixel(const struct cached *cached, int x, int y, struct shadow_memory *memory, struct pixel *pixel)
+void cached_pixel(const struct cached *cached, int x, int y, int spp, uint64_t seed, struct shadow_memory *memory,
+                  struct pixel *pixel)
 {
-    for (int first = 0; first < cached->spp; first += BATCH)
-        add_batch(cached, x, y, first, cached->spp - first < BATCH ? cached->spp - first : BATCH, memory, pixel);
+    for (int first = 0; first < spp; first += BATCH)
+        add_batch(cached, x, y, first, spp - first < BATCH ? spp - first : BATCH, seed, memory, pixel);
 }
 
 /* A point of the picture where records are compared. */
@@ -297,11 +298,11 @@ struct check {
     bool used;
 };
 
-static struct check check_point(const struct cached *cached, uint64_t i)
+static struct check check_point(const struct cached *cached, uint64_t seed, uint64_t i)
 {
     const struct scene_camera *camera = &cached->model->scene->camera;
     const struct fill *fill = cached->fill;
-    struct rng rng = rng_seed(cached->seed ^ (uint64_t)SEED_CHECK << 32, i, 0);
+    struct rng rng = rng_seed(seed ^ (uint64_t)SEED_CHECK << 32, i, 0);
     /* Pixels by the R2 sequence (Roberts 2018). */
     float x = (float)fmod(.5 + .7548776662466927 * (double)(i + 1), 1),
           y = (float)fmod(.5 + .5698402909980532 * (double)(i + 1), 1);
@@ -340,14 +341,14 @@ static struct check check_point(const struct cached *cached, uint64_t i)
     return check;
 }
 
-bool cached_error(const struct cached *cached, double *error)
+bool cached_error(const struct cached *cached, uint64_t seed, double *error)
 {
     struct check *checks = malloc(CHECK_POINTS * sizeof *checks);
     double squares = 0, sum = 0;
     int count = 0;
     if (!checks) return false;
 #pragma omp parallel for schedule(dynamic, 16)
-    for (int i = 0; i < CHECK_POINTS; i++) checks[i] = check_point(cached, (uint64_t)i);
+    for (int i = 0; i < CHECK_POINTS; i++) checks[i] = check_point(cached, seed, (uint64_t)i);
     for (int i = 0; i < CHECK_POINTS; i++) {
         if (!checks[i].used) continue;
         squares += checks[i].square;

@@ -16,20 +16,19 @@ struct cached {
     const struct model *model; /* borrowed */
     const struct fill *fill;   /* borrowed */
     struct direct direct;
-    int spp; /* it and the seed may be changed between pictures */
-    uint64_t seed;
 };
 
 /* False: no memory. */
-bool cached_prepare(const struct model *model, const struct fill *fill, int spp, uint64_t seed, struct cached *cached);
+bool cached_prepare(const struct model *model, const struct fill *fill, struct cached *cached);
 void cached_free(struct cached *cached);
 
-/* Adds all samples of pixel (x, y). `memory`: direct_forget's, or what pixels beside it left. Any thread may call; the
+/* Adds spp samples to pixel (x, y). `memory`: direct_forget's, or what pixels beside it left. Any thread may call; the
  * result depends on the arguments alone. */
-void cached_pixel(const struct cached *cached, int x, int y, struct shadow_memory *memory, struct pixel *pixel);
+void cached_pixel(const struct cached *cached, int x, int y, int spp, uint64_t seed, struct shadow_memory *memory,
+                  struct pixel *pixel);
 
 /* The caches' own error in the picture, noise apart: CV(RMSE) at 2048 of its points, by how much the records disagree
  * that overlap there. What they have in common isn't seen. The same for any number of threads. False: no memory. */
-bool cached_error(const struct cached *cached, double *error);
+bool cached_error(const struct cached *cached, uint64_t seed, double *error);
 
 #endif

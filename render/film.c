@@ -19,24 +19,6 @@ void film_free(struct film *film)
     *film = (struct film){0};
 }
 
-void film_add(struct film *film, const struct film *more)
-{
-    for (int i = 0; i < film->width * film->height; i++) {
-        struct pixel *p = &film->pixels[i];
-        const struct pixel *q = &more->pixels[i];
-        p->emission = add(p->emission, q->emission);
-        p->direct = add(p->direct, q->direct);
-        p->indirect = add(p->indirect, q->indirect);
-        p->albedo = add(p->albedo, q->albedo);
-        p->normal = add(p->normal, q->normal);
-        p->depth += q->depth;
-        p->samples += q->samples;
-        p->hits += q->hits;
-        p->records = add(p->records, q->records);
-        p->eas_count += q->eas_count;
-    }
-}
-
 double film_noise(const struct film *a, const struct film *b)
 {
     double squares = 0, sum = 0;
@@ -47,7 +29,8 @@ double film_noise(const struct film *a, const struct film *b)
         rgb x = scale(add(p->direct, p->indirect), 1 / p->samples),
             y = scale(add(q->direct, q->indirect), 1 / q->samples);
         rgb d = sub(x, y), s = add(x, y);
-        squares += .25 * ((double)d.x * d.x + (double)d.y * d.y + (double)d.z * d.z) / 3;
+        /* The difference has the variance of both; a's is b's share of the samples. */
+        squares += q->samples / (p->samples + q->samples) * (double)dot(d, d) / 3;
         sum += .5 * ((double)s.x + s.y + s.z) / 3;
         count++;
     }

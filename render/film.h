@@ -25,11 +25,8 @@ struct film {
 bool film_alloc(struct film *film, int width, int height, bool cache);
 void film_free(struct film *film);
 
-/* Adds another film of the same size. */
-void film_add(struct film *film, const struct film *more);
-
-/* The noise of the sum of two independent films of equally many samples, by their difference: CV(RMSE) of the mean
- * radiance, without pixels that see emitters or the background, or of which either has no samples. */
+/* The noise of film a by its difference from b, an independent one: CV(RMSE), without pixels that see emitters or the
+ * background, or of which either has no samples. */
 double film_noise(const struct film *a, const struct film *b);
 
 /* The AOVs as channels "ViewLayer.Combined.R" … : Combined, Direct, Indirect, Emission, Albedo, Normal, Depth (1e10

@@ -3,12 +3,14 @@
 
 #include <omp.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "render/accuracy.h"
+#include "render/adaptive.h"
 #include "render/path.h"
 #include "render/primary.h"
 
-enum { SEED_PATH = 301 };
+enum { SEED_PATH = 301, SEED_COUNT = 302 };
 
 static void path_pixel(const struct model *model, int spp, uint64_t seed, int x, int y, struct pixel *pixel)
 {
@@ -27,24 +29,48 @@ static void path_pixel(const struct model *model, int spp, uint64_t seed, int x,
     }
 }
 
-void render_samples(const struct model *model, const struct cached *cached, int spp, uint64_t seed, int stride,
+static int samples_at(const struct render_pass *pass, int i)
+{
+    if (!pass->weights) return pass->spp;
+    struct rng rng = rng_seed(pass->seed ^ (uint64_t)SEED_COUNT << 32, (uint64_t)i, 0);
+    return (int)((float)pass->spp * pass->weights[i] + rng_float(&rng));
+}
+
+void render_samples(const struct model *model, const struct cached *cached, const struct render_pass *pass,
                     struct progress *progress, struct film *film)
 {
+    const int stride = pass->stride;
     int finished = 0;
 #pragma omp parallel for schedule(dynamic, 1)
     for (int y = 0; y < film->height; y++) {
         struct shadow_memory memory; /* of the row: the same for any number of threads */
         direct_forget(&memory);
         for (int x = (int)(rng_mix((uint64_t)y) % (uint64_t)stride); x < film->width; x += stride) {
-            struct pixel *pixel = &film->pixels[y * film->width + x];
-            if (cached) cached_pixel(cached, x, y, &memory, pixel);
-            else path_pixel(model, spp, seed, x, y, pixel);
+            int i = y * film->width + x;
+            struct pixel *pixel = &film->pixels[i];
+            if (cached) cached_pixel(cached, x, y, samples_at(pass, i), pass->seed, &memory, pixel);
+            else path_pixel(model, pass->spp, pass->seed, x, y, pixel);
         }
         int so_far;
 #pragma omp atomic capture
         so_far = ++finished;
         if (omp_get_thread_num() == 0) progress_show(progress, (double)so_far / film->height);
     }
+}
+
+/* As many samples as are asked for. False: no memory. */
+static bool plain(const struct model *model, const struct cached *cached, const struct render_options *options,
+                  struct progress *progress, struct film *film)
+{
+    struct render_pass pass = {options->spp, NULL, options->seed, 1};
+    float *weights = NULL;
+    double gain;
+    bool ok = !cached || options->spp < ADAPTIVE_LEAST ||
+              adaptive_weights(model, cached, options->seed, progress, &weights, &gain);
+    pass.weights = weights;
+    if (ok) render_samples(model, cached, &pass, progress, film);
+    free(weights);
+    return ok;
 }
 
 static void report(const struct model *model, const struct fill *fill, uint64_t seed, struct progress *progress,
@@ -78,16 +104,15 @@ bool render(const struct model *model, const struct render_options *options, con
     *stats = (struct render_stats){0};
     progress_begin(progress, "pixels", trace_rays(model->trace));
     if (!film_alloc(film, model->scene->camera.width, model->scene->camera.height, fill) ||
-        (fill && !cached_prepare(model, fill, options->spp, options->seed, &cached))) {
+        (fill && !cached_prepare(model, fill, &cached))) {
         snprintf(error, SCENE_ERROR, "picture: out of memory");
         film_free(film);
         return false;
     }
     stats->spp = options->spp;
-    bool ok = true;
-    if (options->error > 0)
-        ok = accuracy_render(model, fill ? &cached : NULL, options, progress, film, &stats->error, &stats->spp);
-    else render_samples(model, fill ? &cached : NULL, options->spp, options->seed, 1, progress, film);
+    bool ok = options->error > 0 ? accuracy_render(model, fill ? &cached : NULL, options, progress, film,
+                                                   &stats->error, &stats->spp)
+                                 : plain(model, fill ? &cached : NULL, options, progress, film);
     progress_end(progress, trace_rays(model->trace));
     if (!ok) {
         snprintf(error, SCENE_ERROR, "picture: out of memory");

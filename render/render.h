@@ -18,7 +18,7 @@ enum render_method {
 
 struct render_options {
     enum render_method method;
-    int spp; /* primary rays a pixel, at least 1; with an error to reach, the most of them */
+    int spp; /* primary rays a pixel, at least 1; by the caches in the mean (adaptive.h); the most with an error */
     double error; /* estimated CV(RMSE) to end at; 0: none */
     double noise; /* CV(RMSE) of one sample a pixel, where accuracy.h has found it out; else 0 */
     uint64_t seed;
@@ -42,8 +42,16 @@ struct render_stats {
 /* The caches that the method needs. */
 struct fill_options render_fill(const struct render_options *options);
 
-/* Renders samples into a film that is there, at one pixel of `stride` in each row; `cached` NULL: by path tracing. */
-void render_samples(const struct model *model, const struct cached *cached, int spp, uint64_t seed, int stride,
+/* Samples to be added to a picture. */
+struct render_pass {
+    int spp;              /* a pixel, in the mean */
+    const float *weights; /* times this in each pixel, rounded up or down by chance; NULL: the same in all */
+    uint64_t seed;
+    int stride; /* at one pixel of so many in each row */
+};
+
+/* Renders samples into a film that is there; `cached` NULL: by path tracing, in all pixels alike. */
+void render_samples(const struct model *model, const struct cached *cached, const struct render_pass *pass,
                     struct progress *progress, struct film *film);
 
 /* Renders into film (allocated here; the caller frees) from caches that render_fill asked for, or by path tracing where

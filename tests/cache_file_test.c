@@ -81,11 +81,11 @@ static struct stage *new_scene(void)
 static void draw(const struct model *model, const struct fill *fill, struct pixel pixels[SIZE * SIZE])
 {
     struct cached cached;
-    assert_true(cached_prepare(model, fill, 2, 9, &cached));
+    assert_true(cached_prepare(model, fill, &cached));
     memset(pixels, 0, SIZE * SIZE * sizeof *pixels);
     struct shadow_memory memory;
     direct_forget(&memory);
-    for (int i = 0; i < SIZE * SIZE; i++) cached_pixel(&cached, i % SIZE, i / SIZE, &memory, &pixels[i]);
+    for (int i = 0; i < SIZE * SIZE; i++) cached_pixel(&cached, i % SIZE, i / SIZE, 2, 9, &memory, &pixels[i]);
     cached_free(&cached);
 }
 

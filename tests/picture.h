@@ -24,8 +24,8 @@ static inline struct light draw(const struct model *model, struct render_options
     if (cached) assert_true(fill_build(model, &wanted, &quiet, &fill, error));
     assert_true(render(model, &options, cached ? &fill : NULL, &quiet, &film, &stats, error));
     struct light light = {.records = stats.records};
-    double share = 1.0 / film.width / film.height / options.spp;
     for (int i = 0; i < film.width * film.height; i++) {
+        double share = 1.0 / film.width / film.height / film.pixels[i].samples;
         light.direct += film.pixels[i].direct.x * share;
         light.indirect += film.pixels[i].indirect.x * share;
         light.emission += film.pixels[i].emission.x * share;
