@@ -7,10 +7,10 @@
 enum { SEED_HALF = 801 };
 
 /* The pilot: samples a pixel of each half, at one pixel of so many in a row; pixels to each side whose noise decides. */
-enum { HALF = 2, STRIDE = 8, REACH = 4 };
+enum { HALF = 2, STRIDE = 4, REACH = 4 };
 /* The part of the samples that is spread evenly, lest something rare is missed. */
-#define EVEN .1f
-/* Of the variance: .5 is best where it falls as one over the samples; well spread ones are a little better than that. */
+#define EVEN .3f
+/* Of the variance: half where it falls as one over the samples; where they are well spread it falls faster. */
 #define EXPONENT .4f
 
 /* Mean square difference of the halves over the pixels about (x, y); those that see emitters don't count. */

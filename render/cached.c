@@ -133,11 +133,12 @@ static rgb traced_diffuse(const struct cached *cached, struct side side, rgb alb
 }
 
 /* What photons bring to a diffuse part. */
-static rgb caustic(const struct cached *cached, float3 p, struct side side, rgb albedo, struct rng *rng)
+static rgb caustic(const struct cached *cached, float3 p, struct side side, rgb albedo, struct caustics_memory *places,
+                   struct rng *rng)
 {
+    const struct caustics *caustics = &cached->fill->bounced.caustics;
     if (is_black(albedo)) return albedo;
-    return scale(mul(albedo, caustics_irradiance(cached->model, &cached->fill->bounced.caustics, p, side, rng)),
-                 1 / PI);
+    return scale(mul(albedo, caustics_irradiance(cached->model, caustics, p, side, places, rng)), 1 / PI);
 }
 
 /* Where the cache has nothing: the light of one ray for the diffuse part and each lobe. */
@@ -186,7 +187,8 @@ static rgb record_light(const struct fill *fill, const struct record_cache *cach
 }
 
 /* Bounced light at a group's mean, from the cache; lobes that it can't resolve are left out. */
-static void look_up(const struct cached *cached, const struct group *group, struct pixel *pixel, struct rng *rng)
+static void look_up(const struct cached *cached, const struct group *group, struct caustics_memory *places,
+                    struct pixel *pixel, struct rng *rng)
 {
     struct point point = group_mean(group);
     float samples = (float)group->count;
@@ -195,7 +197,7 @@ static void look_up(const struct cached *cached, const struct group *group, stru
     const struct record_cache *cache = glossy ? &cached->fill->glossy : &cached->fill->diffuse;
     struct cache_match matches[CACHE_MATCHES];
     int count = cache_find(&cache->zones, point.p, point.n, matches), best = 0;
-    rgb by_photons = caustic(cached, point.p, shade_side(&point, false), point.brdf.kd, rng);
+    rgb by_photons = caustic(cached, point.p, shade_side(&point, false), point.brdf.kd, places, rng);
     pixel->indirect = mad(pixel->indirect, by_photons, samples);
     if (!count) {
         if (!glossy) point.brdf.lobe_count = 0; /* traced already */
@@ -234,6 +236,7 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
     if (blurred) lens = sequence_draw(&rng, count);
     float turn = rng_float(&rng);
     struct group groups[BATCH];
+    struct caustics_memory places = {.count = 0};
     int group_count = 0;
     for (int i = 0; i < count; i++) {
         float2 jitter = sequence_point(place, i), on_lens = {0, 0};
@@ -270,14 +273,14 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         if (is_black(point.brdf.kt)) continue;
         struct side beyond = shade_side(&point, true);
         rgb bounced = traced_diffuse(cached, beyond, point.brdf.kt, &rng),
-            by_photons = caustic(cached, point.p, beyond, point.brdf.kt, &rng);
+            by_photons = caustic(cached, point.p, beyond, point.brdf.kt, &places, &rng);
         pixel->indirect = add(pixel->indirect, add(bounced, by_photons));
     }
     for (int i = 0; i < group_count; i++) {
         struct point point = group_mean(&groups[i]);
         float samples = (float)groups[i].count;
         int rays = cached->direct.sky ? SKY_RAYS : SHADOW_RAYS;
-        look_up(cached, &groups[i], pixel, &rng);
+        look_up(cached, &groups[i], &places, pixel, &rng);
         rgb light = direct_light(&cached->direct, &point, groups[i].averages, groups[i].origins, groups[i].count,
                                  rays * groups[i].count, memory, &rng);
         pixel->direct = mad(pixel->direct, light, samples);

@@ -23,6 +23,9 @@ enum { HALVES = 3, ENOUGH = 100, PLENTY = 400, COVER = 8, COVER_EDGE = 32, PROBE
 #define FARTHEST 2.0f
 /* Photons count where normals differ by less than 45 degrees. */
 #define NORMAL_COSINE .7f
+/* Places that have the same surface about them: their normals, and their distance as a share of the reach. */
+#define ALIKE_COSINE .9f
+#define ALIKE_DISTANCE .25f
 
 /* A lamp sample at a point on a glossy surface. */
 struct candidate {
@@ -384,8 +387,28 @@ static float coverage(const struct model *model, float3 p, struct side side, flo
     return maxf(area, 1.0f / COVER_EDGE);
 }
 
+/* coverage, of a place near by if it is remembered. */
+static float coverage_near(const struct model *model, float3 p, struct side side, float radius,
+                           struct caustics_memory *memory, struct rng *rng)
+{
+    for (int i = 0; memory && i < memory->count; i++) {
+        float3 d = sub(p, memory->places[i].p);
+        if (memory->places[i].radius == radius && dot(memory->places[i].ng, side.ng) > ALIKE_COSINE &&
+            dot(d, d) < sqr(ALIKE_DISTANCE * radius))
+            return memory->places[i].coverage;
+    }
+    float found = coverage(model, p, side, radius, rng);
+    if (memory && memory->count < CAUSTICS_PLACES) {
+        memory->places[memory->count].p = p;
+        memory->places[memory->count].ng = side.ng;
+        memory->places[memory->count].radius = radius;
+        memory->places[memory->count++].coverage = found;
+    }
+    return found;
+}
+
 rgb caustics_irradiance(const struct model *model, const struct caustics *caustics, float3 p, struct side side,
-                        struct rng *rng)
+                        struct caustics_memory *memory, struct rng *rng)
 {
     int k = 0;
     if (!caustics->count) return (rgb){0};
@@ -393,7 +416,7 @@ rgb caustics_irradiance(const struct model *model, const struct caustics *causti
     while (k + 1 < HALVES && estimate.count[k + 1] >= ENOUGH) k++;
     if (!estimate.count[k]) return (rgb){0};
     float radius = caustics->reach / (float)(1 << k);
-    return scale(estimate.flux[k], 1 / (PI * sqr(radius) * coverage(model, p, side, radius, rng)));
+    return scale(estimate.flux[k], 1 / (PI * sqr(radius) * coverage_near(model, p, side, radius, memory, rng)));
 }
 
 size_t caustics_bytes(const struct caustics *caustics)

@@ -38,10 +38,20 @@ bool caustics_build(const struct model *model, uint64_t seed, struct caustics *c
 bool caustics_index(struct caustics *caustics);
 void caustics_free(struct caustics *caustics);
 
+/* How much surface was found about some places, for others close to them. */
+enum { CAUSTICS_PLACES = 8 };
+struct caustics_memory {
+    int count;
+    struct {
+        float3 p, ng;
+        float radius, coverage;
+    } places[CAUSTICS_PLACES];
+};
+
 /* Irradiance at p, on a side of its surface, by this light, W/m2; a few rays find how much surface there is about it,
- * so that edges aren't darker. Any thread may call. */
+ * so that edges aren't darker. memory: at first {0}; NULL: none. Any thread may call, with its own. */
 rgb caustics_irradiance(const struct model *model, const struct caustics *caustics, float3 p, struct side side,
-                        struct rng *rng);
+                        struct caustics_memory *memory, struct rng *rng);
 
 size_t caustics_bytes(const struct caustics *caustics);
 

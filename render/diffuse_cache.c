@@ -161,7 +161,7 @@ static void gather_row(const struct model *model, const struct diffuse_cache *ca
             row->terms.terms[k].coefficient = scale(row->terms.terms[k].coefficient, weight);
     }
     struct side above = {place->origin, place->n, place->ng};
-    row->constant = add(row->constant, caustics_irradiance(model, &cache->caustics, place->p, above, &rng));
+    row->constant = add(row->constant, caustics_irradiance(model, &cache->caustics, place->p, above, NULL, &rng));
 }
 
 /* e = constant + terms e, by Jacobi's iteration: each step is one more bounce. */

@@ -29,11 +29,15 @@ static void path_pixel(const struct model *model, int spp, uint64_t seed, int x,
     }
 }
 
+/* Powers of two, which a sequence spreads best; as many as wanted in the mean, but one at least. */
 static int samples_at(const struct render_pass *pass, int i)
 {
     if (!pass->weights) return pass->spp;
+    float wanted = (float)pass->spp * pass->weights[i];
+    int few = 1;
+    while (2 * few <= wanted) few *= 2;
     struct rng rng = rng_seed(pass->seed ^ (uint64_t)SEED_COUNT << 32, (uint64_t)i, 0);
-    return (int)((float)pass->spp * pass->weights[i] + rng_float(&rng));
+    return (float)few * (1 + rng_float(&rng)) < wanted ? 2 * few : few;
 }
 
 void render_samples(const struct model *model, const struct cached *cached, const struct render_pass *pass,

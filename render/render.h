@@ -45,7 +45,7 @@ struct fill_options render_fill(const struct render_options *options);
 /* Samples to be added to a picture. */
 struct render_pass {
     int spp;              /* a pixel, in the mean */
-    const float *weights; /* times this in each pixel, rounded up or down by chance; NULL: the same in all */
+    const float *weights; /* times this in each pixel, by chance the power of two above or below; NULL: 1 */
     uint64_t seed;
     int stride; /* at one pixel of so many in each row */
 };

@@ -90,7 +90,7 @@ static void test_photons_bring_what_rays_find(void **state)
             for (int k = 0; k < QUERIES; k++) {
                 struct side side;
                 float3 p = somewhere(&rng, &side);
-                photons += caustics_irradiance(&model, &caustics, p, side, &rng).x / (MAPS * QUERIES);
+                photons += caustics_irradiance(&model, &caustics, p, side, NULL, &rng).x / (MAPS * QUERIES);
             }
             caustics_free(&caustics);
         }
@@ -112,7 +112,7 @@ static void test_without_lobes_there_are_none(void **state)
     const float3 up = {0, 0, 1};
     assert_true(caustics_build(&model, 3, &caustics));
     assert_int_equal(caustics.count, 0);
-    assert_true(is_black(caustics_irradiance(&model, &caustics, up, (struct side){up, up, up}, &rng)));
+    assert_true(is_black(caustics_irradiance(&model, &caustics, up, (struct side){up, up, up}, NULL, &rng)));
     caustics_free(&caustics);
     end(s, &model);
 }
