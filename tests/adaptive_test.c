@@ -76,8 +76,8 @@ static void samples_go_where_the_noise_is(void **state)
     assert_float_equal(sums[0] + sums[1], 1, 1e-4f);
     assert_true(sums[1] > 3 * sums[0]);
     struct measured even = measure(&model, &cached, NULL), shared = measure(&model, &cached, weights);
-    assert_true(shared.squares[1] < .7 * even.squares[1]);
-    assert_true(gain > 1.2 && gain < 2.2);
+    assert_true(shared.squares[1] < .85 * even.squares[1]); /* half the picture has most samples */
+    assert_true(gain > 1.2 && gain < 2);
     for (int half = 0; half < 2; half++)
         assert_float_equal(shared.mean[half], even.mean[half], .01f * (float)(even.mean[0] + even.mean[1]));
     free(weights);
