@@ -141,6 +141,43 @@ static void remembered(void **state)
     assert_float_equal(under_sky(*state, true, true, &after), part, .004f * part);
 }
 
+/* Irradiance over radiance at a wall's point `depth` below the lamp's edge, .1 m from its middle: the sum over its
+ * sides of half their angle times the cosine of their plane's normal (Lambert 1760). */
+static double beside(double depth)
+{
+    const double corners[4][3] = {{0, -.6, depth}, {0, .4, depth}, {1, .4, depth}, {1, -.6, depth}};
+    double sum = 0;
+    for (int i = 0; i < 4; i++) {
+        const double *a = corners[i], *b = corners[(i + 1) % 4];
+        double n[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+        double sine = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]),
+               cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        sum += atan2(sine, cosine) / 2 * n[0] / sine;
+    }
+    return fabs(sum);
+}
+
+/* A wall that the lamp touches with an edge, seen 1 to 64 mm below it: 100 pixels within 3 % of the light, each
+ * within 40 %. */
+static void beside_a_lamp(void **state)
+{
+    for (int k = 0; k < 4; k++) {
+        struct stage *s = lamp_over_floor(.5f, 0, 0, RADIANCE);
+        add_quad(s, vec3(-.5f, 0, 1), vec3(0, .5f, 0), vec3(0, 0, .499f), grey(.5f, 0, 0, 0));
+        struct model model = build(s);
+        float depth = .001f * (float)(1 << 2 * k);
+        struct point point = floor_point(&model, vec3(0, 0, 1), vec3(-.5f, .1f, 1.5f - depth));
+        double truth = .5 * RADIANCE / PI * beside(depth), sum = 0;
+        for (uint64_t seed = 0; seed < 100; seed++) {
+            float light = rendered(&model, *state, &point, seed);
+            assert_float_equal(light / truth, 1, .4f);
+            sum += (double)light / 100;
+        }
+        assert_float_equal(sum / truth, 1, .03f);
+        end(s, &model);
+    }
+}
+
 /* A floor 2 cm under the lamp, which nearly fills what it sees: 100 pixels within 1 % of the light, each within 10 %.
  * By lamp samples alone a pixel has two thirds of it, or more than all. */
 static void close_to_a_lamp(void **state)
@@ -232,7 +269,7 @@ int main(void)
     const struct CMUnitTest tests[] = {cmocka_unit_test(unshadowed),
                                        cmocka_unit_test(half_shadowed),
                                        cmocka_unit_test(remembered),
-                                       cmocka_unit_test(close_to_a_lamp),
+                                       cmocka_unit_test(close_to_a_lamp), cmocka_unit_test(beside_a_lamp),
                                        cmocka_unit_test(unresolved),
                                        cmocka_unit_test(faint),
                                        cmocka_unit_test(closed_emitter),
