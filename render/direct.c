@@ -29,6 +29,11 @@ enum { DOUBTS = 4 };
 #define LEAST_CAP 1e-6f
 /* A lamp that fills more of what a point sees, sr, has cells that are too wide. */
 #define MOST_SOLID_ANGLE 1.0f
+/* Where one fills this, cells are looked at: highlights of which this share lies in cells whose radius is over this part
+ * of the lobe's width aren't averaged. */
+#define WATCHED_SOLID_ANGLE .1f
+#define MOST_COARSE .1f
+#define COARSE_WIDTH .25f
 
 bool direct_resolves(const struct lobe *lobe)
 {
@@ -49,13 +54,6 @@ int direct_sort(struct brdf *brdf)
         count++;
     }
     return count;
-}
-
-bool direct_averages(const struct direct *direct, const struct point *point)
-{
-    if (point->brdf.lobe_count == 0) return true; /* nothing to average, and no lamp to look at for it */
-    if (direct->points_only) return true;
-    return !direct_near(direct->model, point);
 }
 
 bool direct_near(const struct model *model, const struct point *point)
@@ -247,6 +245,28 @@ static void reflect_cells(const struct direct *direct, const struct point *point
     for (int c = 0; c < 3; c++)
 #pragma omp simd
         for (int i = 0; i < count; i++) light[c][i] = f_cos[c][i] * cells->flux[c][i];
+}
+
+bool direct_averages(const struct direct *direct, const struct point *point)
+{
+    if (point->brdf.lobe_count == 0) return true; /* nothing to average, and no lamp to look at for it */
+    if (direct->points_only || direct->sky) return true;
+    float widest = lights_widest(direct->model->lights, point->origin);
+    if (widest < WATCHED_SOLID_ANGLE || widest >= MOST_SOLID_ANGLE) return widest < MOST_SOLID_ANGLE;
+    float narrowest = PI, sum = 0, coarse = 0;
+    for (int i = 0; i < point->brdf.lobe_count; i++) narrowest = minf(narrowest, lobe_width(&point->brdf.lobes[i]));
+    float most = PI * sqr(COARSE_WIDTH * narrowest); /* sr */
+    struct cells cells;
+    float light[3][DIRECT_CELLS];
+    lamp_cells(direct, point, &cells);
+    reflect_cells(direct, point, vec3(0, 0, 0), true, &cells, light);
+#pragma omp simd reduction(+ : sum, coarse)
+    for (int i = 0; i < cells.count; i++) {
+        float value = light[0][i] + light[1][i] + light[2][i];
+        sum += value;
+        coarse += cells.caps[i].omega > most ? value : 0;
+    }
+    return coarse <= MOST_COARSE * sum;
 }
 
 /* direct_sample on one side. */

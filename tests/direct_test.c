@@ -113,6 +113,26 @@ static void partly_shadowed(void **state)
     }
 }
 
+/* A lamp that has all cells to itself is averaged over them; not one that gets few, for another is brighter, though
+ * hidden: the highlight would have a quarter of its light. */
+static void coarse_cells(void **state)
+{
+    for (int other = 0; other < 2; other++) {
+        struct stage *s = lamp_over_floor(0, .5f, 100, RADIANCE);
+        struct scene_material bright = grey(0, 0, 0, 200 * RADIANCE);
+        bright.emission_back = false;
+        if (other) add_quad(s, vec3(0, 3, 1.5f), vec3(0, .5f, 0), vec3(.5f, 0, 0), bright);
+        add_quad(s, vec3(0, 1.5f, 1), vec3(2, 0, 0), vec3(0, 0, .99f), grey(0, 0, 0, 0));
+        struct model model = build(s);
+        struct point point = floor_point(&model, vec3(-.25f, 0, .9f), vec3(0, 0, 0));
+        struct direct direct;
+        assert_true(direct_prepare(&model, *state, false, &direct));
+        assert_int_equal(direct_averages(&direct, &point), !other);
+        direct_free(&direct);
+        end(s, &model);
+    }
+}
+
 /* A floor under a sky with one bright spot, a wall before some of it or not, by many pixels whose shadow rays remember
  * what those before have found, or start anew: mean light, and rays. */
 static float under_sky(const struct mean_brdf *tables, bool wall, bool remembers, uint64_t *rays)
@@ -273,6 +293,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(unshadowed),
                                        cmocka_unit_test(partly_shadowed),
+                                       cmocka_unit_test(coarse_cells),
                                        cmocka_unit_test(remembered),
                                        cmocka_unit_test(close_to_a_lamp), cmocka_unit_test(beside_a_lamp),
                                        cmocka_unit_test(unresolved),
