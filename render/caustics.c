@@ -10,7 +10,8 @@
 
 /* Points that are looked at, and photons sent from some of them. */
 enum { CANDIDATES = 1 << 18, PHOTONS = 1 << 17, SEED_CAUSTICS = 601 };
-/* How much fewer points lie on triangles that aren't glossy in their middle: a texture may have it otherwise. */
+/* How much fewer points lie on triangles that aren't glossy in their middle, though their material may be: a texture
+ * may have it otherwise. */
 #define ELSEWHERE .05
 /* The estimate reaches so many pixels where a photon is in the median, and up to WIDER times that for ENOUGH photons,
  * less where there are PLENTY, by the median of PROBES places; half of it, and half again, where that still has ENOUGH.
@@ -36,7 +37,7 @@ struct candidate {
     float weight; /* about what of its luminance is sent on */
 };
 
-/* All triangles by area, glossy ones before all. */
+/* All triangles by area, glossy ones before all; none that can't be. */
 struct sites {
     double *reach; /* weight of all triangles up to and with each, m2; objects in the scene's order */
     size_t *first; /* triangle of each object in `reach`, and the count at the end */
@@ -45,6 +46,16 @@ struct sites {
 static float area(const struct trace_object *object, uint32_t triangle)
 {
     return .5f * length(surfaces_across(object, triangle));
+}
+
+/* Whether a material may reflect by lobes. */
+static bool may_gloss(const struct scene_material *material)
+{
+    for (int k = 0; k < material->closure_count; k++) {
+        enum closure_type type = material->closures[k].type;
+        if (type != CLOSURE_DIFFUSE && type != CLOSURE_TRANSLUCENT && type != CLOSURE_TRANSPARENT) return true;
+    }
+    return false;
 }
 
 /* False: no memory. The caller frees in any case. */
@@ -61,8 +72,9 @@ static bool find_sites(const struct model *model, struct sites *sites)
             struct hit middle = {.object = (uint32_t)i, .triangle = k, .u = 1 / 3.0f, .v = 1 / 3.0f};
             struct point point;
             shade_point(model, (struct ray){.dir = vec3(0, 0, 1)}, &middle, &point);
-            sites->reach[sites->first[i] + k] = sum +=
-                area(&model->objects[i], k) * (point.brdf.lobe_count ? 1 : ELSEWHERE);
+            bool may = point.material != SCENE_NONE && may_gloss(&model->scene->materials[point.material]);
+            double weight = point.brdf.lobe_count ? 1 : may ? ELSEWHERE : 0;
+            sites->reach[sites->first[i] + k] = sum += area(&model->objects[i], k) * weight;
         }
     return sites->reach != NULL;
 }
@@ -310,27 +322,17 @@ static bool send_all(const struct model *model, struct candidate *candidates, ui
     return ok && arrange(model, caustics);
 }
 
-/* Whether a material may reflect by lobes. */
-static bool any_glossy(const struct scene *scene)
-{
-    for (int i = 0; i < scene->material_count; i++)
-        for (int k = 0; k < scene->materials[i].closure_count; k++) {
-            enum closure_type type = scene->materials[i].closures[k].type;
-            if (type != CLOSURE_DIFFUSE && type != CLOSURE_TRANSLUCENT && type != CLOSURE_TRANSPARENT) return true;
-        }
-    return false;
-}
-
 bool caustics_build(const struct model *model, uint64_t seed, struct caustics *caustics)
 {
     struct sites sites = {0};
     *caustics = (struct caustics){0};
-    if (!lights_any(model->lights) || !model->triangle_count || !any_glossy(model->scene)) return true;
+    if (!lights_any(model->lights) || !model->triangle_count) return true;
     struct candidate *candidates = malloc(CANDIDATES * sizeof *candidates);
     bool ok = candidates && find_sites(model, &sites);
+    bool any = ok && sites.reach[sites.first[model->scene->object_count] - 1] > 0;
 #pragma omp parallel for schedule(dynamic, 1024)
-    for (uint32_t i = 0; i < (ok ? CANDIDATES : 0); i++) look(model, &sites, i, seed, &candidates[i]);
-    ok = ok && send_all(model, candidates, seed, caustics);
+    for (uint32_t i = 0; i < (any ? CANDIDATES : 0); i++) look(model, &sites, i, seed, &candidates[i]);
+    ok = ok && (!any || send_all(model, candidates, seed, caustics));
     free(candidates);
     free(sites.reach);
     free(sites.first);

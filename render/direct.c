@@ -18,7 +18,8 @@ enum { MOST_RAYS = 1024 }; /* shadow rays of a look-up */
 #define DIM (1.0f / 32)
 
 /* A cell is in doubt once a shadow ray finds what the last one there didn't, until so many have found the same. The
- * light of others gets this share of the rays. */
+ * light of others gets this share of the rays. Each kind is scaled by itself by what its rays find. */
+enum { LIT, DARK, DOUBTFUL, KINDS };
 enum { DOUBTS = 4 };
 #define CALM .2f
 
@@ -28,6 +29,11 @@ enum { DOUBTS = 4 };
 #define LEAST_CAP 1e-6f
 /* A lamp that fills more of what a point sees, sr, has cells that are too wide. */
 #define MOST_SOLID_ANGLE 1.0f
+/* Where one fills this, cells are looked at: highlights of which this share lies in cells whose radius is over this part
+ * of the lobe's width aren't averaged. */
+#define WATCHED_SOLID_ANGLE .1f
+#define MOST_COARSE .1f
+#define COARSE_WIDTH .25f
 
 bool direct_resolves(const struct lobe *lobe)
 {
@@ -48,13 +54,6 @@ int direct_sort(struct brdf *brdf)
         count++;
     }
     return count;
-}
-
-bool direct_averages(const struct direct *direct, const struct point *point)
-{
-    if (point->brdf.lobe_count == 0) return true; /* nothing to average, and no lamp to look at for it */
-    if (direct->points_only) return true;
-    return !direct_near(direct->model, point);
 }
 
 bool direct_near(const struct model *model, const struct point *point)
@@ -248,6 +247,28 @@ static void reflect_cells(const struct direct *direct, const struct point *point
         for (int i = 0; i < count; i++) light[c][i] = f_cos[c][i] * cells->flux[c][i];
 }
 
+bool direct_averages(const struct direct *direct, const struct point *point)
+{
+    if (point->brdf.lobe_count == 0) return true; /* nothing to average, and no lamp to look at for it */
+    if (direct->points_only || direct->sky) return true;
+    float widest = lights_widest(direct->model->lights, point->origin);
+    if (widest < WATCHED_SOLID_ANGLE || widest >= MOST_SOLID_ANGLE) return widest < MOST_SOLID_ANGLE;
+    float narrowest = PI, sum = 0, coarse = 0;
+    for (int i = 0; i < point->brdf.lobe_count; i++) narrowest = minf(narrowest, lobe_width(&point->brdf.lobes[i]));
+    float most = PI * sqr(COARSE_WIDTH * narrowest); /* sr */
+    struct cells cells;
+    float light[3][DIRECT_CELLS];
+    lamp_cells(direct, point, &cells);
+    reflect_cells(direct, point, vec3(0, 0, 0), true, &cells, light);
+#pragma omp simd reduction(+ : sum, coarse)
+    for (int i = 0; i < cells.count; i++) {
+        float value = light[0][i] + light[1][i] + light[2][i];
+        sum += value;
+        coarse += cells.caps[i].omega > most ? value : 0;
+    }
+    return coarse <= MOST_COARSE * sum;
+}
+
 /* direct_sample on one side. */
 static rgb sample_side(const struct direct *direct, const struct point *point, bool beyond, const float u[static 3],
                        int averaged, bool near)
@@ -289,11 +310,22 @@ struct look {
     const struct direct *direct;
     const struct point *point;
     const float3 *origins;
-    int origin_count, cell_count;
+    int origin_count;
 };
 
-/* Shadow ray k, to a place in cell i, `along` its light, in [0, 1). False: nothing arrives. */
-static bool aim(const struct look *look, int k, int i, float along, struct rng *rng, struct shadow_ray *ray)
+/* What the lobes reflect of lamp cell i if all of it is like a sample in it. */
+static rgb reflect_place(const struct point *point, const struct light_sample *sample)
+{
+    rgb f = {0};
+    for (int i = 0; i < point->brdf.lobe_count; i++)
+        f = add(f, lobe_eval(&point->brdf.lobes[i], point->n, point->wo, sample->wi));
+    return scale(mul(f, sample->weight), maxf(dot(sample->wi, point->n), 0) / (float)LAMP_CELLS);
+}
+
+/* Shadow ray k, to a place in cell i, `along` its light, in [0, 1); *light, the cell's, becomes what it would be if all
+ * of a lamp's cell were like that place. False: nothing arrives. */
+static bool aim(const struct look *look, int k, int i, float along, struct rng *rng, struct shadow_ray *ray,
+                rgb *light)
 {
     const struct direct *direct = look->direct;
     const struct point *point = look->point;
@@ -302,14 +334,15 @@ static bool aim(const struct look *look, int k, int i, float along, struct rng *
     if (direct->sky) {
         ray->dir = direct->places[i * ENVIRONMENT_PLACES + (int)(along * ENVIRONMENT_PLACES)];
     } else {
-        struct light_sample light;
-        if (!lamp_sample_in(direct->model->lights, point, i, along, rng_float(rng), &light) &&
-            !lamp_sample_in(direct->model->lights, point, i, .5f, .5f, &light))
+        struct light_sample sample;
+        if (!lamp_sample_in(direct->model->lights, point, i, along, rng_float(rng), &sample) &&
+            !lamp_sample_in(direct->model->lights, point, i, .5f, .5f, &sample))
             return false;
         /* Sampled from the mean point: the same place from this origin. */
-        float3 to = isinf(light.distance) ? light.wi : sub(mad(point->origin, light.wi, light.distance), origin);
-        ray->tfar = light.reach == 0 ? 0 : isinf(light.distance) ? INFINITY : length(to);
+        float3 to = isinf(sample.distance) ? sample.wi : sub(mad(point->origin, sample.wi, sample.distance), origin);
+        ray->tfar = sample.reach == 0 ? 0 : isinf(sample.distance) ? INFINITY : length(to);
         ray->dir = normalize(to);
+        *light = reflect_place(point, &sample);
     }
     return dot(ray->dir, point->ng) > 0;
 }
@@ -332,9 +365,10 @@ static rgb ratio(rgb a, rgb b)
 }
 
 /* The light of some cells that comes through, by a shadow ray for each of equal strata of it. weights: luminance of
- * each cell's light, 0 of those left out; sum: of the weights. */
+ * each cell's light, 0 of those left out; sum: of the weights. What a ray finds on a lamp is worth what its own
+ * place in the cell brings: lobes change within a cell, and shadows that end there would be too dark or too bright. */
 static rgb shadowed(const struct look *look, const float light[3][DIRECT_CELLS], const float *weights, float sum,
-                    int rays, struct shadow_memory *memory, struct rng *rng)
+                    int cell_count, int rays, struct shadow_memory *memory, struct rng *rng)
 {
     struct shadow_ray traced[MOST_RAYS];
     rgb shares[MOST_RAYS], through[MOST_RAYS], asked = {0}, lit = {0};
@@ -342,13 +376,15 @@ static rgb shadowed(const struct look *look, const float light[3][DIRECT_CELLS],
     float step = sum / (float)rays, passed = 0;
     for (int k = 0; k < rays; k++) {
         float at = ((float)k + rng_float(rng)) * step;
-        while (cell + 1 < look->cell_count && passed + weights[cell] <= at) passed += weights[cell++];
+        while (cell + 1 < cell_count && passed + weights[cell] <= at) passed += weights[cell++];
         if (!(weights[cell] > 0)) break; /* rounding: beyond the last */
-        shares[count] = scale(vec3(light[0][cell], light[1][cell], light[2][cell]), step / weights[cell]);
-        asked = add(asked, shares[count]);
         float along = clampf((at - passed) / weights[cell], 0, 0x1.fffffep-1f);
+        rgb value = {light[0][cell], light[1][cell], light[2][cell]};
+        bool arrives = aim(look, k, cell, along, rng, &traced[count], &value);
+        shares[count] = scale(value, step / weights[cell]);
+        asked = add(asked, shares[count]);
         cells[count] = cell;
-        count += aim(look, k, cell, along, rng, &traced[count]);
+        count += arrives;
     }
     pane_transmittances(look->direct->model, traced, count, through);
     for (int k = 0; k < count; k++) {
@@ -357,7 +393,7 @@ static rgb shadowed(const struct look *look, const float light[3][DIRECT_CELLS],
     }
     float red = 0, green = 0, blue = 0;
 #pragma omp simd reduction(+ : red, green, blue)
-    for (int i = 0; i < look->cell_count; i++) {
+    for (int i = 0; i < cell_count; i++) {
         red += weights[i] > 0 ? light[0][i] : 0;
         green += weights[i] > 0 ? light[1][i] : 0;
         blue += weights[i] > 0 ? light[2][i] : 0;
@@ -370,29 +406,31 @@ rgb direct_light(const struct direct *direct, const struct point *point, bool av
 {
     struct cells lamps;
     const struct cells *cells = direct->sky ? direct->sky : &lamps;
-    float light[3][DIRECT_CELLS], weights[2][DIRECT_CELLS], calm = 0, doubtful = 0;
+    float light[3][DIRECT_CELLS], weights[KINDS][DIRECT_CELLS], lit = 0, dark = 0, doubtful = 0;
     rgb diffuse = direct->sky ? point->brdf.kd : vec3(0, 0, 0), sum = {0};
     averages = averages && point->brdf.lobe_count > 0;
     if (direct->idle || (!averages && is_black(diffuse))) return sum;
     if (!direct->sky) lamp_cells(direct, point, &lamps);
     reflect_cells(direct, point, diffuse, averages, cells, light);
-#pragma omp simd reduction(+ : calm, doubtful)
+#pragma omp simd reduction(+ : lit, dark, doubtful)
     for (int i = 0; i < cells->count; i++) {
         float y = .2126f * light[0][i] + .7152f * light[1][i] + .0722f * light[2][i];
-        weights[0][i] = memory->doubt[i] ? 0 : y;
-        weights[1][i] = memory->doubt[i] ? y : 0;
-        calm += weights[0][i];
-        doubtful += weights[1][i];
+        weights[LIT][i] = !memory->doubt[i] && memory->lit[i] ? y : 0;
+        weights[DARK][i] = !memory->doubt[i] && !memory->lit[i] ? y : 0;
+        weights[DOUBTFUL][i] = memory->doubt[i] ? y : 0;
+        lit += weights[LIT][i];
+        dark += weights[DARK][i];
+        doubtful += weights[DOUBTFUL][i];
     }
     /* The doubt is of other pixels' rays: those of this one have no say in where they go, which would bias the mean. */
-    const struct look look = {direct, point, origins, count, cells->count};
-    float all = calm + doubtful, per_light = (float)rays / all;
+    const struct look look = {direct, point, origins, count};
+    const float sums[KINDS] = {lit, dark, doubtful};
+    float all = lit + dark + doubtful, per_light = (float)rays / all;
     if (direct->sky) per_light *= clampf(all / (DIM * direct->sky_flux), 1, BRIGHT);
-    for (int doubt = 0; doubt < 2; doubt++) {
-        float own = doubt ? doubtful : calm;
-        if (!(own > 0 && per_light < INFINITY)) continue; /* none, or too faint for its reciprocal */
-        int asked = (int)minf(ceilf(per_light * own * (doubt ? 1 : CALM)), MOST_RAYS);
-        sum = add(sum, shadowed(&look, light, weights[doubt], own, asked, memory, rng));
+    for (int kind = 0; kind < KINDS; kind++) {
+        if (!(sums[kind] > 0 && per_light < INFINITY)) continue; /* none, or too faint for its reciprocal */
+        int asked = (int)minf(ceilf(per_light * sums[kind] * (kind == DOUBTFUL ? 1 : CALM)), MOST_RAYS);
+        sum = add(sum, shadowed(&look, light, weights[kind], sums[kind], cells->count, asked, memory, rng));
     }
     return sum;
 }

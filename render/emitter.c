@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "render/solid_angle.h"
 #include "render/surface.h"
 #include "render/transform.h"
 
@@ -11,6 +12,9 @@
 enum { LEAST_WEIGHED = 32, MOST_WEIGHED = 2048 };
 /* The share of samples near an emitter that go by area all the same. */
 #define BY_AREA .2f
+/* A triangle is sampled by solid angle from where its middle is nearer than its longest edge is long, unless it is seen
+ * edge on: under so many sr. */
+#define LEAST_ANGLE 1e-5f
 
 /* Directions of the slabs, not unit: axes, diagonals of faces, diagonals of the cube. */
 static const float3 SLABS[EMITTER_SLABS] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 0},  {1, -1, 0},
@@ -67,11 +71,13 @@ static struct emitter_triangle place(const struct emitter *e, uint32_t triangle,
         result.ab = result.ac;
         result.ac = swap;
     }
+    float3 across = cross(result.ab, result.ac), bc = sub(result.ac, result.ab);
+    result.normal = normalize(across);
+    result.area = length(across) / 2;
+    result.edge2 = maxf(dot(bc, bc), maxf(dot(result.ab, result.ab), dot(result.ac, result.ac)));
     result.radiance = varies(&result) ? mean_radiance(e, &result) : vec_from(material->emission.value);
     return result;
 }
-
-static float area(const struct emitter_triangle *t) { return length(cross(t->ab, t->ac)) / 2; }
 
 /* An edge with its ends in order; `turn` is +1 where its triangle runs that way, else -1. */
 struct edge {
@@ -123,7 +129,7 @@ static void summarise(struct emitter *e)
 {
     float3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
     double sum = 0;
-    e->normal = normalize(cross(e->triangles[0].ab, e->triangles[0].ac));
+    e->normal = e->triangles[0].normal;
     e->flat = true;
     e->height = INFINITY;
     for (int slab = 0; slab < EMITTER_SLABS; slab++) {
@@ -143,11 +149,11 @@ static void summarise(struct emitter *e)
                 e->high[slab] = maxf(e->high[slab], along);
             }
         }
-        e->flat = e->flat && dot(normalize(cross(t->ab, t->ac)), e->normal) > 0.9999f;
+        e->flat = e->flat && dot(t->normal, e->normal) > 0.9999f;
         e->front = e->front || t->front;
         e->back = e->back || t->back;
         e->cumulative[i] = sum;
-        sum += (double)area(t) * luminance(t->radiance);
+        sum += (double)t->area * luminance(t->radiance);
     }
     e->cumulative[e->count] = sum;
     for (uint32_t i = 0; i <= e->count && sum > 0; i++) e->cumulative[i] /= sum;
@@ -230,11 +236,17 @@ static bool is_near(const struct emitter *e, float3 p)
  * wide. `inside` the slabs, backs of a closed emitter may be seen. */
 static float weight(const struct emitter *e, const struct emitter_triangle *t, float3 p, bool inside)
 {
-    float3 normal = cross(t->ab, t->ac), to = sub(mad(mad(t->a, t->ab, 1 / 3.0f), t->ac, 1 / 3.0f), p);
-    float height = -dot(to, normal), twice_area2 = dot(normal, normal);
+    float3 to = sub(mad(mad(t->a, t->ab, 1 / 3.0f), t->ac, 1 / 3.0f), p);
+    float height = -dot(to, t->normal);
     if (height > 0 ? !t->front : height == 0 || !t->back || (e->closed && !inside)) return 0;
-    float d2 = maxf(dot(to, to), sqrtf(twice_area2));
-    return luminance(t->radiance) * fabsf(height) / (d2 * sqrtf(d2));
+    float d2 = maxf(dot(to, to), 2 * t->area);
+    return luminance(t->radiance) * t->area * fabsf(height) / (d2 * sqrtf(d2));
+}
+
+/* The chance of a triangle by its share of the light that all send. */
+static float area_chance(const struct emitter *e, const struct emitter_triangle *t)
+{
+    return t->area * luminance(t->radiance) / e->strength;
 }
 
 static float weight_sum(const struct emitter *e, float3 p, bool inside)
@@ -244,21 +256,33 @@ static float weight_sum(const struct emitter *e, float3 p, bool inside)
     return sum;
 }
 
-/* The pdf per area on a triangle of this weight: the weights are guesses, so a share goes by area alone. */
-static float near_pdf_area(const struct emitter *e, const struct emitter_triangle *t, float own, float sum)
+/* The chance of a triangle of this weight: the weights are guesses, so a share goes by area alone. */
+static float near_chance(const struct emitter *e, const struct emitter_triangle *t, float own, float sum)
 {
-    float weighed = sum > 0 ? own / (sum * area(t)) : 0;
-    return BY_AREA * luminance(t->radiance) / e->strength + (1 - BY_AREA) * weighed;
+    return BY_AREA * area_chance(e, t) + (1 - BY_AREA) * (sum > 0 ? own / sum : 0);
 }
 
-float emitter_pdf_area(const struct emitter *emitter, float3 p, uint32_t triangle)
+/* The solid angle of a triangle that is sampled by it from p; else 0. */
+static float wide_angle(const struct emitter_triangle *t, float3 p)
+{
+    float3 a = sub(t->a, p), middle = mad(mad(a, t->ab, 1 / 3.0f), t->ac, 1 / 3.0f);
+    if (dot(middle, middle) > t->edge2) return 0;
+    float omega = solid_angle(&(struct seen_triangle){a, t->ab, t->ac});
+    return omega > LEAST_ANGLE ? omega : 0;
+}
+
+float emitter_pdf(const struct emitter *emitter, float3 p, uint32_t triangle, float distance, float cosine)
 {
     const struct emitter *e = emitter;
     if (e->own[triangle] == UINT32_MAX) return 0;
     const struct emitter_triangle *t = &e->triangles[e->own[triangle]];
-    if (!is_near(e, p)) return luminance(t->radiance) / e->strength;
-    bool inside = in_slabs(e, p);
-    return near_pdf_area(e, t, weight(e, t, p, inside), weight_sum(e, p, inside));
+    float chance = area_chance(e, t), omega = wide_angle(t, p);
+    if (is_near(e, p)) {
+        bool inside = in_slabs(e, p);
+        chance = near_chance(e, t, weight(e, t, p, inside), weight_sum(e, p, inside));
+    }
+    if (omega > 0) return chance / omega;
+    return cosine > 0 ? chance * sqr(distance) / (t->area * cosine) : 0;
 }
 
 static uint32_t choose_by_area(const struct emitter *e, float u)
@@ -284,21 +308,27 @@ static uint32_t choose_by_weight(const struct emitter *e, float3 p, bool inside,
     return last;
 }
 
-/* The triangle that u chooses, and the pdf per area on it. */
-static const struct emitter_triangle *choose(const struct emitter *e, float3 p, float u, float *pdf_area)
+/* The triangle that u chooses, and with which chance. */
+static const struct emitter_triangle *choose(const struct emitter *e, float3 p, float u, float *chance)
 {
     const struct emitter_triangle *t;
     if (!is_near(e, p)) {
         t = &e->triangles[choose_by_area(e, u)];
-        *pdf_area = luminance(t->radiance) / e->strength;
+        *chance = area_chance(e, t);
         return t;
     }
     bool inside = in_slabs(e, p);
     float sum = weight_sum(e, p, inside);
     if (u < BY_AREA) t = &e->triangles[choose_by_area(e, u / BY_AREA)];
     else t = &e->triangles[choose_by_weight(e, p, inside, (u - BY_AREA) / (1 - BY_AREA) * sum)];
-    *pdf_area = near_pdf_area(e, t, weight(e, t, p, inside), sum);
+    *chance = near_chance(e, t, weight(e, t, p, inside), sum);
     return t;
+}
+
+/* Heitz, "A Low-Distortion Map Between Triangle and Square", 2019: strata of u stay compact. */
+static float2 place_by_area(const float u[static 2])
+{
+    return u[1] > u[0] ? (float2){u[0] / 2, u[1] - u[0] / 2} : (float2){u[0] - u[1] / 2, u[1] / 2};
 }
 
 /* What a triangle sends along wo from the corner a + x ab + y ac, as shade_point finds it. */
@@ -316,28 +346,23 @@ bool emitter_sample(const struct emitter *emitter, float3 p, const float u[stati
                     rgb *radiance, float *pdf)
 {
     const struct emitter *e = emitter;
-    float pdf_area;
-    const struct emitter_triangle *t = choose(e, p, u[0], &pdf_area);
-    /* Heitz, "A Low-Distortion Map Between Triangle and Square", 2019: strata of u stay compact. */
-    float x = u[1], y = u[2];
-    if (y > x) {
-        x *= .5f;
-        y -= x;
-    } else {
-        y *= .5f;
-        x -= y;
-    }
-    float3 q = mad(mad(t->a, t->ab, x), t->ac, y);
-    float3 ng = normalize(cross(t->ab, t->ac)), to = sub(q, p);
+    float chance;
+    const struct emitter_triangle *t = choose(e, p, u[0], &chance);
+    float omega = wide_angle(t, p);
+    const struct seen_triangle seen = {sub(t->a, p), t->ab, t->ac};
+    float2 at = omega > 0 ? solid_angle_place(&seen, omega, u + 1) : place_by_area(u + 1);
+    float3 q = mad(mad(t->a, t->ab, at.x), t->ac, at.y);
+    float3 ng = t->normal, to = sub(q, p);
     float side = dot(to, ng);
     if (side < 0 ? !t->front : side == 0 || !t->back) return false;
     /* From outside a closed emitter its nearer fronts hide all its backs: no shadow ray needed to know. */
     if (side > 0 && e->closed && !in_slabs(e, p)) return false;
     to = sub(trace_offset(q, side > 0 ? scale(ng, -1) : ng, e->scene_radius), p);
     float d2 = dot(to, to);
+    if (!(d2 > 0)) return false;
     *distance = sqrtf(d2);
     *wi = scale(to, 1 / *distance);
-    *radiance = varies(t) ? radiance_at(e, t, x, y, scale(*wi, -1), side < 0) : t->radiance;
-    *pdf = pdf_area * d2 / fabsf(dot(*wi, ng));
+    *radiance = varies(t) ? radiance_at(e, t, at.x, at.y, scale(*wi, -1), side < 0) : t->radiance;
+    *pdf = omega > 0 ? chance / omega : chance * d2 / (t->area * fabsf(dot(*wi, ng)));
     return true;
 }

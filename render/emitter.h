@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The emitting triangles of one object as a lamp: sampled by area times radiance. Read-only once built. */
+/* The emitting triangles of one object as a lamp: sampled by area times radiance, those near by by their solid
+ * angle. Read-only once built. */
 #ifndef RENDER_EMITTER_H
 #define RENDER_EMITTER_H
 
@@ -8,6 +9,9 @@
 
 struct emitter_triangle {
     float3 a, ab, ac; /* a corner and two edges, world, m */
+    float3 normal;    /* unit, to the front */
+    float area;       /* m2 */
+    float edge2;      /* the square of its longest edge, m2 */
     rgb radiance;     /* W/m2/sr; the mean where it varies */
     uint32_t index;   /* among the object's triangles */
     const struct scene_material *material;
@@ -49,8 +53,8 @@ float emitter_irradiance(const struct emitter *emitter, float3 p, float3 n);
 bool emitter_sample(const struct emitter *emitter, float3 p, const float u[static 3], float3 *wi, float *distance,
                     rgb *radiance, float *pdf);
 
-/* The pdf per area with which emitter_sample chooses a point on a triangle (its index in the object), seen from p; 0
- * where it does not shine. */
-float emitter_pdf_area(const struct emitter *emitter, float3 p, uint32_t triangle);
+/* The pdf per solid angle with which emitter_sample chooses, seen from p, the place on a triangle (its index in the
+ * object) at this distance, where rays meet it with this cosine; 0 where it does not shine. */
+float emitter_pdf(const struct emitter *emitter, float3 p, uint32_t triangle, float distance, float cosine);
 
 #endif

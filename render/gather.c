@@ -6,8 +6,9 @@
 #include "render/direct.h"
 #include "render/pane.h"
 
-/* Rays in a chain; Russian roulette begins after the first continuation. */
-enum { MAX_DEPTH = 32 };
+/* Rays in a chain: glass leads light far within itself. Russian roulette begins after the first continuation. */
+enum { MAX_DEPTH = 256 };
+#define MOST_SURVIVE .98f
 
 /* Lamp samples on a glossy surface: CANDIDATES x CANDIDATES for one shadow ray. Shadow rays where the first ray of a
  * chain ends, under an environment that lights from many sides. */
@@ -181,7 +182,7 @@ static void bounced(struct chain *chain, const struct point *point, bool beyond,
         return;
     }
     rgb through = scale(coefficient, PI); /* cosine-weighted: f cos / pdf = albedo */
-    float survive = depth < 2 ? 1 : minf(max3(through), .95f);
+    float survive = depth < 2 ? 1 : minf(max3(through), MOST_SURVIVE);
     if (rng_float(chain->rng) >= survive) return;
     float u[2] = {rng_float(chain->rng), rng_float(chain->rng)};
     float3 dir = cosine_direction(side.n, u);
@@ -200,7 +201,7 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
     float weights[BRDF_LOBES] = {0}, total = 0, cos_o = maxf(dot(point->n, point->wo), 0);
     for (int i = 0; i < brdf->lobe_count; i++)
         total += weights[i] = max3(mul(throughput, lobe_albedo(&brdf->lobes[i], cos_o)));
-    float survive = depth == 0 ? 1 : minf(total, .95f);
+    float survive = depth == 0 ? 1 : minf(total, MOST_SURVIVE);
 
     struct lamp_light lamp;
     bool near = direct_near(chain->model, point), averages = !near;

@@ -224,9 +224,8 @@ float lights_pdf_hit(const struct lights *lights, float3 p, float3 n, float3 dir
 {
     int emitter = lights->emitter_of[hit->object];
     if (emitter < 0) return 0;
-    float area = emitter_pdf_area(&lights->emitters[emitter], p, hit->triangle), c = fabsf(dot(dir, ng));
-    if (area == 0 || c == 0) return 0;
-    return chance(lights, lights->lamp_count + emitter, p, n) * area * hit->t * hit->t / c;
+    float pdf = emitter_pdf(&lights->emitters[emitter], p, hit->triangle, hit->t, fabsf(dot(dir, ng)));
+    return pdf > 0 ? chance(lights, lights->lamp_count + emitter, p, n) * pdf : 0;
 }
 
 rgb lights_radiance_lamps(const struct lights *lights, float3 p, float3 n, float3 dir, float tmax, float pdf,

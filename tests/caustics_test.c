@@ -117,11 +117,37 @@ static void test_without_lobes_there_are_none(void **state)
     end(s, &model);
 }
 
+/* A diffuse ground of 1 km2 below a floor that is as narrow a mirror as any takes no places from it: of 64 estimates none
+ * stands out, as bright spots would where few places send all the light. */
+static void test_a_wide_ground_takes_no_places(void **state)
+{
+    (void)state;
+    enum { QUERIES = 64 };
+    struct stage *s = new_stage();
+    add_quad(s, vec3(0, 0, -1), vec3(500, 0, 0), vec3(0, 500, 0), grey(.5f, 0, 0, 0));
+    struct model model = room(s, grey(.1f, .8f, 1000, 0), OPEN);
+    struct rng rng = rng_seed(7, 8, 9);
+    struct caustics caustics;
+    float most = 0, sum = 0;
+    assert_true(caustics_build(&model, 1, &caustics));
+    for (int k = 0; k < QUERIES; k++) {
+        struct side side;
+        float3 p = somewhere(&rng, &side);
+        float e = caustics_irradiance(&model, &caustics, p, side, &rng).x;
+        most = maxf(most, e);
+        sum += e;
+    }
+    assert_true(most < 2 * sum / QUERIES);
+    caustics_free(&caustics);
+    end(s, &model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_photons_bring_what_rays_find),
         cmocka_unit_test(test_without_lobes_there_are_none),
+        cmocka_unit_test(test_a_wide_ground_takes_no_places),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -192,10 +192,36 @@ static void close_to_a_lamp(void **state)
     end(s, &model);
 }
 
+/* Sixty bounces at 45 degrees between two lossless mirrors, as light is led in a sheet of glass, and out to a sky of 1:
+ * all of it arrives. */
+static void led_between_mirrors(void **state)
+{
+    (void)state;
+    enum { RAYS = 10000 };
+    struct stage *s = new_stage();
+    struct scene_closure mirror = scene_closure_of(CLOSURE_GLOSSY);
+    for (int i = 0; i < 3; i++) mirror.colour.value[i] = s->scene.world.radiance[i] = 1;
+    add_quad(s, vec3(30, 0, -.5f), vec3(30, 0, 0), vec3(0, 9, 0), material_of(mirror));
+    add_quad(s, vec3(30, 0, .5f), vec3(30, 0, 0), vec3(0, 9, 0), material_of(mirror));
+    struct model model = build(s);
+    struct diffuse_cache cache = build_cache(&model);
+    struct rng rng = rng_seed(1, 2, 3);
+    double sum = 0;
+    for (int i = 0; i < RAYS; i++)
+        sum += gather(&model, &cache, (struct ray){vec3(.1f, 0, 0), normalize(vec3(1, 0, -1))}, &rng, NULL).mirrored.x;
+    assert_float_equal(sum / RAYS, 1, .05f); /* 3 sigma */
+    diffuse_cache_free(&cache);
+    end(s, &model);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(furnace), cmocka_unit_test(virtual_image),
-                                       cmocka_unit_test(curved_image), cmocka_unit_test(escape),
-                                       cmocka_unit_test(lamps_that_a_ray_meets), cmocka_unit_test(close_to_a_lamp)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(furnace),
+                                       cmocka_unit_test(virtual_image),
+                                       cmocka_unit_test(led_between_mirrors),
+                                       cmocka_unit_test(curved_image),
+                                       cmocka_unit_test(escape),
+                                       cmocka_unit_test(lamps_that_a_ray_meets),
+                                       cmocka_unit_test(close_to_a_lamp)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
