@@ -133,7 +133,7 @@ static void test_a_wide_ground_takes_no_places(void **state)
     for (int k = 0; k < QUERIES; k++) {
         struct side side;
         float3 p = somewhere(&rng, &side);
-        float e = caustics_irradiance(&model, &caustics, p, side, &rng).x;
+        float e = caustics_irradiance(&model, &caustics, p, side, NULL, &rng).x;
         most = maxf(most, e);
         sum += e;
     }
