@@ -30,10 +30,12 @@ static void add_samples(const struct model *model, const struct cached *cached, 
     render_samples(model, cached, &pass, progress, film);
 }
 
-static int noise_stride(const struct film *film)
+/* Noise is measured at one pixel of so many in each row. */
+static int noise_stride(const struct model *model)
 {
-    int stride = film->width * film->height / NOISE_PIXELS;
-    return stride < 1 ? 1 : stride < film->width ? stride : film->width;
+    const struct scene_camera *camera = &model->scene->camera;
+    int stride = camera->width * camera->height / NOISE_PIXELS;
+    return stride < 1 ? 1 : stride < camera->width ? stride : camera->width;
 }
 
 /* CV(RMSE) of one sample a pixel, by two pictures at some of the pixels. False: no memory. */
@@ -45,14 +47,14 @@ static bool pilot_noise(const struct model *model, const struct cached *cached, 
     bool ok = film_alloc(&halves[0], camera->width, camera->height, cached) &&
               film_alloc(&halves[1], camera->width, camera->height, cached);
     for (int half = 0; ok && half < 2; half++)
-        add_samples(model, cached, PILOT_SAMPLES, NULL, seed, SEED_PILOT + half, noise_stride(&halves[half]), progress,
+        add_samples(model, cached, PILOT_SAMPLES, NULL, seed, SEED_PILOT + half, noise_stride(model), progress,
                     &halves[half]);
     *noise = ok ? film_noise(&halves[0], &halves[1]) * sqrt(PILOT_SAMPLES) : 0;
     for (int half = 0; half < 2; half++) film_free(&halves[half]);
     return ok;
 }
 
-static bool few_samples(const struct render_options *options, int few)
+static bool few_samples(const struct render_options *options, double few)
 {
     return options->noise * options->noise <= few * options->error * options->error;
 }
@@ -70,50 +72,71 @@ bool accuracy_choose(const struct model *model, struct render_options *options, 
     return true;
 }
 
-/* Whether caches are good enough; `bare` ones as soon as few samples are. False: no memory. */
-static bool good_enough(const struct model *model, const struct fill *fill, struct render_options *options,
-                        struct progress *progress, bool *good)
+/* What there is still to do to caches. */
+enum wanting { NOTHING, FINER, EAS_TOO };
+
+/* Bare caches are good enough as soon as few samples are. While RENDER_AUTO makes hybrid's, finer ones are made until
+ * they are good, and then EAS where the samples would cost more rays than the records have, `spent`: about as many as
+ * EAS cost. False: no memory. */
+static bool judge(const struct model *model, const struct fill *fill, struct render_options *options, uint64_t spent,
+                  struct progress *progress, enum wanting *wanting)
 {
     struct cached cached;
     double own = 0;
-    bool bare = fill->options.coarseness == FILL_BARE;
-    progress_begin(progress, "caches' error", trace_rays(model->trace));
+    bool bare = fill->options.coarseness == FILL_BARE, pilot = bare || options->method == RENDER_AUTO;
+    uint64_t before = trace_rays(model->trace);
+    progress_begin(progress, "caches' error", before);
     bool ok = cached_prepare(model, fill, &cached) &&
-              (bare ? pilot_noise(model, &cached, options->seed, progress, &options->noise)
-                    : cached_error(&cached, options->seed, &own));
+              (!pilot || pilot_noise(model, &cached, options->seed, progress, &options->noise));
+    double sample = (double)(trace_rays(model->trace) - before) * noise_stride(model) / (2 * PILOT_SAMPLES);
+    ok = ok && (bare || cached_error(&cached, options->seed, &own));
     cached_free(&cached);
     progress_end(progress, trace_rays(model->trace));
-    *good = bare ? few_samples(options, CHEAP_SAMPLES) : own <= CACHE_SHARE * options->error;
-    if (bare && !*good) options->noise = 0;
+    double few = bare ? CHEAP_SAMPLES : pilot ? fmax((double)spent / sample, CHEAP_SAMPLES) : INFINITY;
+    bool fine = fill->options.coarseness == 0 || own <= CACHE_SHARE * options->error;
+    *wanting = fine && few_samples(options, few) ? NOTHING : fine && !bare ? EAS_TOO : FINER;
+    if (*wanting != NOTHING) options->noise = 0;
     return ok;
+}
+
+/* False: as fill_build. */
+static bool improve(const struct model *model, struct render_options *options, enum wanting wanting,
+                    struct progress *progress, struct fill *fill, char error[static SCENE_ERROR])
+{
+    bool bare = fill->options.coarseness == FILL_BARE;
+    if (wanting == EAS_TOO) options->method = RENDER_EAS;
+    struct fill_options wanted = render_fill(options);
+    wanted.coarseness = fill->options.coarseness - (wanting == FINER);
+    if (!bare && wanting == FINER) {
+        fill_free(fill);
+        return fill_build(model, &wanted, progress, fill, error);
+    }
+    fill->options = wanted; /* what is there stays */
+    if (fill_extend(model, progress, fill, error)) return true;
+    fill_free(fill);
+    return false;
 }
 
 bool accuracy_fill(const struct model *model, struct render_options *options, struct progress *progress,
                    struct fill *fill, char error[static SCENE_ERROR])
 {
-    bool good = false, may_be_bare = !options->lamps_in_records && !options->over_surfaces &&
-                                     (options->method == RENDER_HYBRID || options->method == RENDER_AUTO);
+    bool may_be_bare = !options->lamps_in_records && !options->over_surfaces &&
+                       (options->method == RENDER_HYBRID || options->method == RENDER_AUTO);
     struct fill_options wanted = render_fill(options);
+    enum wanting wanting = FINER;
     wanted.coarseness = may_be_bare ? FILL_BARE : FILL_COARSEST;
+    uint64_t before = trace_rays(model->trace);
     if (!fill_build(model, &wanted, progress, fill, error)) return false;
-    while (wanted.coarseness > 0) {
-        if (!good_enough(model, fill, options, progress, &good)) {
+    while (wanting != NOTHING && (fill->options.coarseness > 0 || options->method == RENDER_AUTO)) {
+        if (!judge(model, fill, options, trace_rays(model->trace) - before, progress, &wanting)) {
             fill_free(fill);
             snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
             return false;
         }
-        bool bare = wanted.coarseness == FILL_BARE;
-        if (bare && options->method == RENDER_AUTO) options->method = good ? RENDER_HYBRID : RENDER_EAS;
-        if (good) return true;
-        wanted = render_fill(options);
-        wanted.coarseness = fill->options.coarseness - 1;
-        if (bare) fill->options = wanted; /* the diffuse cache is that of the coarsest */
-        else fill_free(fill);
-        if (bare ? fill_extend(model, progress, fill, error) : fill_build(model, &wanted, progress, fill, error))
-            continue;
-        fill_free(fill);
-        return false;
+        before = trace_rays(model->trace);
+        if (wanting != NOTHING && !improve(model, options, wanting, progress, fill, error)) return false;
     }
+    if (options->method == RENDER_AUTO) options->method = RENDER_HYBRID;
     return true;
 }
 
@@ -138,7 +161,7 @@ bool accuracy_render(const struct model *model, const struct cached *cached, con
         if (next <= done) next = done + 1;
         if (next > options->spp) next = options->spp;
         add_samples(model, cached, next - done, weights, options->seed, stream, 1, progress, film);
-        add_samples(model, cached, next - done, weights, options->seed, stream + 1, noise_stride(film),
+        add_samples(model, cached, next - done, weights, options->seed, stream + 1, noise_stride(model),
                     progress, &other);
         done = next;
         noise = film_noise(film, &other);
