@@ -29,8 +29,8 @@ enum { DOUBTS = 4 };
 #define LEAST_CAP 1e-6f
 /* A lamp that fills more of what a point sees, sr, has cells that are too wide. */
 #define MOST_SOLID_ANGLE 1.0f
-/* Where one fills this, cells are looked at: highlights of which this share lies in cells whose radius is over this part
- * of the lobe's width aren't averaged. */
+/* Where one fills this, cells are looked at: highlights of which this share lies in cells whose radius is over this
+ * part of the lobe's width aren't averaged. */
 #define WATCHED_SOLID_ANGLE .1f
 #define MOST_COARSE .1f
 #define COARSE_WIDTH .25f

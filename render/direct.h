@@ -65,7 +65,8 @@ static inline float direct_weight(bool near, const struct light_sample *light, f
 rgb direct_met(const struct model *model, const struct point *point, const float u[static 2]);
 
 /* Whether direct_light averages the resolved lobes at this point over cells of the lamps: no lamp is so near that its
- * cells are too wide for them. If not, direct_sample and a ray by each lobe share the work by MIS, as for all other lobes. */
+ * cells are too wide for them. If not, direct_sample and a ray by each lobe share the work by MIS, as for all other
+ * lobes. */
 bool direct_averages(const struct direct *direct, const struct point *point);
 
 /* The light of one lamp sample (u: three numbers in [0, 1)) with its shadow ray, and of one beyond the surface where it

@@ -117,8 +117,8 @@ static void test_without_lobes_there_are_none(void **state)
     end(s, &model);
 }
 
-/* A diffuse ground of 1 km2 below a floor that is as narrow a mirror as any takes no places from it: of 64 estimates none
- * stands out, as bright spots would where few places send all the light. */
+/* A diffuse ground of 1 km2 below a floor that mirrors takes no places from it: of 64 estimates none stands out, as
+ * bright spots would where few places send all the light. */
 static void test_a_wide_ground_takes_no_places(void **state)
 {
     (void)state;
