@@ -53,15 +53,30 @@ static float slope(const struct textures *textures, const struct scene_normal *b
     return (height(textures, bumps, *place, a * step, b * step) - here) / step;
 }
 
+/* The directions that Cycles compares heights along, in the triangle's plane: where pictures are coarse, or not
+ * interpolated, the bend depends on them. */
+static struct frame directions(const struct uv_axes *axes, float3 n)
+{
+    float3 ng = normalize(cross(axes->du, axes->dv)), along;
+    if (dot(ng, n) < 0) ng = scale(ng, -1);
+    along = cross(vec3(1, 1, 1), ng);
+    if (!(dot(along, along) > 1e-12f)) along = cross(vec3(1, 1, -1), ng);
+    along = normalize(along);
+    return (struct frame){along, cross(ng, along), ng};
+}
+
 /* The normal of the surface moved along n by the height (Mikkelsen 2010), mixed with n. */
 static float3 raised(const struct textures *textures, const struct scene_normal *bumps,
                      const struct texture_place *place, const struct uv_axes *axes, float3 n, float step)
 {
-    struct frame frame = frame_about(n);
+    float3 area = cross(axes->du, axes->dv);
+    if (!(dot(area, area) > 0)) return n;
+    struct frame frame = directions(axes, n);
     float here = height(textures, bumps, *place, 0, 0), distance = bumps->invert ? -bumps->distance : bumps->distance;
     float x = slope(textures, bumps, place, axes, frame.t, step, here);
     float y = slope(textures, bumps, place, axes, frame.b, step, here);
-    float3 bent = normalize(mad(mad(n, frame.t, -distance * x), frame.b, -distance * y));
+    float3 gradient = mad(scale(cross(frame.b, n), x), cross(n, frame.t), y);
+    float3 bent = normalize(mad(scale(n, dot(n, frame.n)), gradient, -distance));
     bent = mad(scale(bent, bumps->strength), n, 1 - bumps->strength);
     return dot(bent, bent) > 0 ? normalize(bent) : n;
 }

@@ -79,6 +79,16 @@ float camera_pixel_width(const struct scene_camera *camera, float3 p)
     return length(sub(p, place(camera))) * pixel;
 }
 
+float camera_pixel_step(const struct scene_camera *camera, float3 p)
+{
+    float width = camera_pixel_width(camera, p);
+    if (camera->type != CAMERA_PERSPECTIVE) return width;
+    float3 way = normalize(sub(p, place(camera))), axes[3];
+    for (int i = 0; i < 3; i++) axes[i] = normalize(transform_column(camera->transform, i));
+    float x = dot(way, axes[0]), y = dot(way, axes[1]);
+    return width * fabsf(dot(way, axes[2])) * (sqrtf(maxf(1 - x * x, 0)) + sqrtf(maxf(1 - y * y, 0))) / 2;
+}
+
 float3 camera_way(const struct scene_camera *camera, float3 p, float *distance)
 {
     float3 way = camera->type == CAMERA_ORTHOGRAPHIC ? turned(camera, vec3(0, 0, 1)) : sub(place(camera), p);

@@ -26,6 +26,10 @@ void camera_resize(struct scene_camera *camera, int width, int height);
 /* Width of a pixel near the picture's centre at the distance of p, m. */
 float camera_pixel_width(const struct scene_camera *camera, float3 p);
 
+/* How far apart rays through neighbouring pixels are there, m, as Cycles takes it: less away from the centre, where a
+ * pixel is a smaller angle. */
+float camera_pixel_step(const struct scene_camera *camera, float3 p);
+
 /* The way from p to the camera, unit, and how far it is: INFINITY for an orthographic one. */
 float3 camera_way(const struct scene_camera *camera, float3 p, float *distance);
 

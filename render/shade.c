@@ -65,7 +65,7 @@ static void shade_material(const struct model *model, const struct scene_materia
     point->emission = surface_emission(textures, material, &place);
     if (bent) {
         unbent = point->n;
-        float step = material->normal.filter * camera_pixel_width(&model->scene->camera, point->p);
+        float step = material->normal.filter * camera_pixel_step(&model->scene->camera, point->p);
         point->n = bumps_normal(textures, &material->normal, &place, &axes, point->n, step);
         bumped = point->n;
     }

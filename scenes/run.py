@@ -35,6 +35,11 @@ def blend(name):
     return path
 
 
+def is_made(name):
+    """Whether the scene's Blender file is there."""
+    return os.path.exists(os.path.join(ROOT, "scenes", name, name + ".blend"))
+
+
 def reference_folder(name, variant=""):
     """variant: the scene with other values by --set, as scenes/reference.py names it."""
     return os.path.join(ROOT, "scenes", name, "reference", variant)

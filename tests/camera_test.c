@@ -43,6 +43,25 @@ static void camera_rays(void **state)
     assert_float_equal(camera.window[3], 0.5f, 1e-6f);
 }
 
+/* The step is what a ray's direction turns by from pixel to pixel, at a distance. */
+static void pixels_off_the_axis(void **state)
+{
+    (void)state;
+    struct scene_camera camera = {.type = CAMERA_PERSPECTIVE,
+                                  .transform = LOOKS_ALONG_Y,
+                                  .window = {-1.2f, 1, -.5f, .6f},
+                                  .width = 2200,
+                                  .height = 1100};
+    for (int i = 0; i < 4; i++) {
+        float x = i & 1 ? 2000 : 1200, y = i & 2 ? 1000 : 600;
+        struct ray ray = camera_ray(&camera, x, y);
+        float right = length(sub(camera_ray(&camera, x + 1, y).dir, ray.dir));
+        float down = length(sub(camera_ray(&camera, x, y + 1).dir, ray.dir));
+        float found = camera_pixel_step(&camera, mad(ray.origin, ray.dir, 7));
+        assert_float_equal(found, 7 * (right + down) / 2, 2e-3f * found);
+    }
+}
+
 static void orthographic(void **state)
 {
     (void)state;
@@ -232,6 +251,7 @@ static void lamps_without_shadows(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(camera_rays),    cmocka_unit_test(orthographic),
+                                       cmocka_unit_test(pixels_off_the_axis),
                                        cmocka_unit_test(panoramic),      cmocka_unit_test(lens),
                                        cmocka_unit_test(visibility),     cmocka_unit_test(lamps_are_seen),
                                        cmocka_unit_test(lamps_without_shadows)};

@@ -151,6 +151,28 @@ static void heights(void **state)
     same(bumps_normal(&p.textures, &bumps, &front, &axes, up, .01f), add(scale(full, .25f), scale(up, .75f)));
 }
 
+/* A step across y = 1 m, not interpolated: seen by the directions that Cycles compares heights along, which for a
+ * surface that looks up are (1, -1, 0) and (1, 1, 0). */
+static void heights_of_steps(void **state)
+{
+    (void)state;
+    struct pictures p;
+    draw(&p, vec3(0, 0, 1));
+    for (int i = 0; i < 64; i++) p.ramp[i] = i < 32 ? 0 : 1;
+    p.list[0].interpolation = TEXTURE_CLOSEST;
+    const float3 up = {0, 0, 1}, corners[3] = {{0, 0, 0}, {0, 2, 0}, {-2, 0, 0}};
+    const float2 uvs[3] = {{0, 0}, {1, 0}, {0, 1}};
+    struct uv_axes axes = uv_axes(corners, uvs);
+    struct scene_normal bumps = {.type = NORMAL_HEIGHT, .strength = 1, .distance = .05f};
+    const float from_step[] = {-.08f, -.05f, .05f, .08f}; /* m along y */
+    const float s = .5f * sqrtf(.5f);                     /* a step of 1 in .1 m, .05 high */
+    const float3 expected[] = {up, {-s, -s, 1}, {s, -s, 1}, up};
+    for (int i = 0; i < 4; i++) {
+        struct texture_place place = {.uv = {.5f + from_step[i] / 2, .3f}, .front = true};
+        same(bumps_normal(&p.textures, &bumps, &place, &axes, up, .1f), expected[i]);
+    }
+}
+
 static const float lamp_uvs[8] = {0, 0, 1, 0, 1, 1, 0, 1};
 
 /* A square lamp of side 2 at height 1, 2 x 2 checks of radiance 8 and 2 on its front, which looks down. */
@@ -263,6 +285,7 @@ int main(void)
                                        cmocka_unit_test(tangents_turn),
                                        cmocka_unit_test(normal_maps),
                                        cmocka_unit_test(heights),
+                                       cmocka_unit_test(heights_of_steps),
                                        cmocka_unit_test(light_from_a_texture),
                                        cmocka_unit_test(light_from_a_mirrored_lamp),
                                        cmocka_unit_test(light_of_the_back)};

@@ -82,6 +82,35 @@ class Kept:
         self.index = np.cumsum(self.vertices) - 1
 
 
+def rendered_corners(mesh):
+    """Whose normal Cycles gives to each corner. It splits the mesh along sharp edges and around flat faces, and of the
+    normals that corners of one vertex then still have, which custom ones may differ in, it keeps the last."""
+    corners, sizes = len(mesh.loops), read(mesh.polygons, "loop_total", np.int32)
+    vertices, edges = read(mesh.loops, "vertex_index", np.int32), read(mesh.loops, "edge_index", np.int32)
+    sharp = mesh.attributes.get("sharp_edge")
+    sharp = read(sharp.data, "value", bool) if sharp is not None else np.zeros(len(mesh.edges), bool)
+    flat = mesh.attributes.get("sharp_face")
+    if flat is not None:
+        sharp[edges[np.repeat(read(flat.data, "value", bool), sizes)]] = True
+    starts = np.cumsum(sizes) - sizes
+    following = np.arange(corners) + 1  # the corner at the other end of each corner's edge
+    following[starts + sizes - 1] = starts
+    ends = np.concatenate([np.arange(corners), following])[np.tile(~sharp[edges], 2)]
+    along = np.tile(edges, 2)[np.tile(~sharp[edges], 2)]
+    order = np.lexsort((vertices[ends], along))
+    ends, along = ends[order], along[order]
+    met = (along[1:] == along[:-1]) & (vertices[ends[1:]] == vertices[ends[:-1]])
+    one, other = ends[:-1][met], ends[1:][met]
+    last = np.arange(corners)
+    while True:  # each takes the largest number that its neighbours have
+        before = last.copy()
+        np.maximum.at(last, one, before[other])
+        np.maximum.at(last, other, before[one])
+        last = last[last]
+        if (last == before).all():
+            return last
+
+
 def export_mesh(scene_file, mesh, name, cage, uv_layers, flattened=None):
     """Adds an evaluated mesh; returns its index, or None where there is no face.
 
@@ -106,6 +135,8 @@ def export_mesh(scene_file, mesh, name, cage, uv_layers, flattened=None):
              "corners": scene_file.add_view(kept.index[kept.corner_vertices], "uint")}
     if cage is None and flattened is None and mesh.normals_domain != "FACE":
         normals = read(mesh.corner_normals, "vector", np.float32, 3).reshape(-1, 3)
+        if mesh.normals_domain == "CORNER":
+            normals = normals[rendered_corners(mesh)]
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         good = (length > 0) & np.isfinite(length)
         normals = np.where(good, normals / np.where(good, length, 1), np.float32([0, 0, 1]))

@@ -68,7 +68,7 @@ def cage(name, edited, made, used):
         data.materials.append(made[key])
     thing = modelling.link(name, data)
     subsurf = thing.modifiers.new("Subdivision", "SUBSURF")
-    subsurf.levels, subsurf.render_levels = 2, 2
+    subsurf.levels, subsurf.render_levels = 2, 4
     return thing
 
 
@@ -185,23 +185,36 @@ def panes(edited, columns, faces):
                         vertex[corner] = .5
 
 
+def chamfered(profile, kinds):
+    """A profile (radius, y, sharp) and its stretches' materials with two points for each sharp one: a crease would be
+    rounded over less than a pixel, which the sun's highlight shows, but no picture's tessellation follows."""
+    points, stretches = [profile[0][:2]], []
+    for before, (*here, sharp), after, kind in zip(profile, profile[1:], (*profile[2:], None), kinds):
+        stretches.append(kind)
+        if sharp:
+            share = (1 - sharp) / 2  # of the way to the neighbours
+            points += [tuple(h + share * (n - h) for h, n in zip(here, near)) for near in (before, after)]
+            stretches.append(kind)
+        else:
+            points.append(tuple(here))
+    return points, stretches
+
+
 def lathe(name, profile, made, kinds, at, turn):
     """A cage turned about Y; profile: (radius, y, sharp), a radius 0 closes it; kinds: a material a stretch. at, turn:
     where it stands, its angle about Z."""
     segments = 16
     edited = empty_cage()
     used = list(dict.fromkeys(kinds))
+    profile, kinds = chamfered(profile, kinds)
     rings = []
-    for radius, y, _ in profile:
+    for radius, y in profile:
         turns = [2 * math.pi * k / segments for k in range(segments if radius else 1)]
         rings.append([edited.verts.new((radius * math.cos(a), y, radius * math.sin(a))) for a in turns])
     for one, two, kind in zip(rings, rings[1:], kinds):
         for k in range(segments):
             corners = [one[k % len(one)], one[(k + 1) % len(one)], two[(k + 1) % len(two)], two[k % len(two)]]
             edited.faces.new(dict.fromkeys(corners)).material_index = used.index(kind)
-    for ring, (radius, _, sharp) in zip(rings, profile):
-        if radius and sharp:
-            crease(edited, [edited.edges.get((ring[k], ring[k - 1])) for k in range(segments)], sharp)
     thing = cage(name, edited, made, used)
     thing.location, thing.rotation_euler = at, (0, 0, turn)
     return thing
@@ -238,14 +251,15 @@ def fittings(made):
         block(name, (.07, 1.75, .14), (x, 0, .48), made, "Chrome", .3, bend).rotation_euler = (0, 0, turn)
     light = ((.13, -.03, 0), (.135, .02, .6), (.115, .045, .8), (.1, .035, .8), (.09, .04, 0), (.05, .055, 0),
              (0, .06, 0))
-    reflector = ((.1, .03, 1), (.07, 0, 0), (0, -.03, 0))
+    reflector = ((.1, .03, 0), (.07, 0, 0), (0, -.03, 0))
     indicator = ((.05, -.03, 0), (.05, .02, .6), (.035, .04, 0), (0, .05, 0))
     tail = ((.06, -.03, 0), (.06, .02, .6), (.04, .04, 0), (0, .05, 0))
     mirror = ((0, -.02, 0), (.09, -.015, .5), (.1, .01, .6), (.06, .04, 0), (0, .05, 0))
     forward, red = -math.pi / 2, ["Chrome", "Lamps", "Lamps"]
     for side in (1, -1):
         place_at, turn = (2.035, .58 * side, .76), forward + side * .22
-        lathe("Headlight", light, made, ["Chrome"] * 3 + ["Glass"] * 3, place_at, turn)
+        headlight = lathe("Headlight", light, made, ["Chrome"] * 3 + ["Glass"] * 3, place_at, turn)
+        headlight.modifiers["Subdivision"].render_levels = 6  # for Cycles: the sun's highlights on rim and glass
         lathe("Reflector", reflector, made, ["Chrome"] * 2, place_at, turn)
         lathe("Indicator", indicator, made, red, (1.985, .64 * side, 1.0), turn)
         lathe("Tail light", tail, made, red, (-2.09, .66 * side, .85), -forward)

@@ -92,6 +92,20 @@ def check_creases(exported):
     return cage
 
 
+def test_corners_that_cycles_does_not_split(scene, export):
+    """Where neighbours are wound against each other Blender's fans end, but no edge is sharp: Cycles has one normal a
+    vertex there, that of the last corner."""
+    obj = new_mesh("Folded", [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0)],
+                   [(0, 1, 2, 3), (1, 2, 5, 4)])
+    obj.data.polygons.foreach_set("use_smooth", [True] * 2)
+    mine, other = (0, 0, 1), (0, .6, .8)
+    obj.data.normals_split_custom_set([mine] * 4 + [other] * 4)
+    assert not any(edge.use_edge_sharp for edge in obj.data.edges)
+    exported = export()
+    mesh = exported.mesh_of("Folded")
+    assert exported.view(mesh["normals"]) == pytest.approx(np.array([mine, other, other, mine] + [other] * 4), abs=1e-3)
+
+
 def test_cage_with_creases(scene, export):
     subsurf(creased_cube(), boundary_smooth="PRESERVE_CORNERS", uv_smooth="PRESERVE_CORNERS_AND_JUNCTIONS")
     cage = check_creases(export())
