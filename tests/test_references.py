@@ -25,7 +25,8 @@ def test_two_references_agree_on_principled():
     assert abs(errors["mean_ratio"] - 1) <= 0.03, errors
 
 
-@pytest.mark.parametrize("name", ("kitchen", "kitchen_phong", "modern_hall", "veach_ajar"))
+@pytest.mark.parametrize("name", ("kitchen", "kitchen_phong", "modern_hall", "veach_ajar",
+                                  "engineers_quarters"))
 def test_two_references_agree_on_artists_scenes(name):
     path = run.reference(name, "path")
     errors = run.compare(path[0], run.reference(name, "cycles"), image2=path[1])
