@@ -15,6 +15,8 @@ enum { LEAST_WEIGHED = 32, MOST_WEIGHED = 2048 };
 /* A triangle is sampled by solid angle from where its middle is nearer than its longest edge is long, unless it is seen
  * edge on: under so many sr. */
 #define LEAST_ANGLE 1e-5f
+/* Nor from its own plane, by this share of that edge: what rounding sees there of the triangle itself fills 2 pi sr. */
+#define LEAST_HEIGHT 1e-4f
 
 /* Directions of the slabs, not unit: axes, diagonals of faces, diagonals of the cube. */
 static const float3 SLABS[EMITTER_SLABS] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 0},  {1, -1, 0},
@@ -266,7 +268,7 @@ static float near_chance(const struct emitter *e, const struct emitter_triangle 
 static float wide_angle(const struct emitter_triangle *t, float3 p)
 {
     float3 a = sub(t->a, p), middle = mad(mad(a, t->ab, 1 / 3.0f), t->ac, 1 / 3.0f);
-    if (dot(middle, middle) > t->edge2) return 0;
+    if (dot(middle, middle) > t->edge2 || sqr(dot(a, t->normal)) < sqr(LEAST_HEIGHT) * t->edge2) return 0;
     float omega = solid_angle(&(struct seen_triangle){a, t->ab, t->ac});
     return omega > LEAST_ANGLE ? omega : 0;
 }
