@@ -157,7 +157,8 @@ bool accuracy_render(const struct model *model, const struct cached *cached, con
     /* Few samples spread less well than many: the pilot tells of too much noise. */
     if (weights) wanted *= FIRST / gain;
     for (int round = 0; ok && done < options->spp; round++) {
-        int next = (int)ceil(fmin(wanted, MOST_GROWTH * (done ? done : 2 * PILOT_SAMPLES))), stream = SEED_ROUND + 2 * round;
+        int next = (int)ceil(fmin(wanted, MOST_GROWTH * (done ? done : 2 * PILOT_SAMPLES)));
+        int stream = SEED_ROUND + 2 * round;
         if (next <= done) next = done + 1;
         if (next > options->spp) next = options->spp;
         add_samples(model, cached, next - done, weights, options->seed, stream, 1, progress, film);

@@ -6,7 +6,8 @@
 
 enum { SEED_HALF = 801 };
 
-/* The pilot: samples a pixel of each half, at one pixel of so many in a row; pixels to each side whose noise decides. */
+/* The pilot: samples a pixel of each half, at one pixel of so many in a row; pixels to each side whose noise decides.
+ */
 enum { HALF = 2, STRIDE = 4, REACH = 4 };
 /* The part of the samples that is spread evenly, lest something rare is missed. */
 #define EVEN .3f
@@ -38,7 +39,8 @@ bool adaptive_weights(const struct model *model, const struct cached *cached, ui
     struct film halves[2] = {{0}};
     double sum = 0, squares = 0, left = 0;
     *weights = malloc(count * sizeof **weights);
-    bool ok = *weights && film_alloc(&halves[0], width, height, cached) && film_alloc(&halves[1], width, height, cached);
+    bool ok = *weights && film_alloc(&halves[0], width, height, cached) &&
+              film_alloc(&halves[1], width, height, cached);
     for (int half = 0; ok && half < 2; half++) {
         struct render_pass pass = {HALF, NULL, rng_mix(seed ^ (uint64_t)(SEED_HALF + half) << 32), STRIDE};
         render_samples(model, cached, &pass, progress, &halves[half]);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Samples where the noise is: as many in each pixel as make the error of the picture least, in proportion to the standard
- * deviation, about (Neyman 1934, of strata). That is found by a pilot, two pictures at a part of the pixels, which are thrown
- * away: samples that had a say in how many there are would bias the mean.
+/* Samples where the noise is: as many in each pixel as make the error of the picture least, about in proportion to the
+ * standard deviation (Neyman 1934, of strata). That is found by a pilot, two pictures at a part of the pixels, which
+ * are thrown away: samples that had a say in how many there are would bias the mean.
  */
 #ifndef RENDER_ADAPTIVE_H
 #define RENDER_ADAPTIVE_H
