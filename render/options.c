@@ -100,7 +100,7 @@ static const struct argp_option render_arguments[] = {
      "radiance cache of equivalent area sources or of hemispherical harmonics (the baseline), irradiance cache with "
      "traced specular rays, or path tracing (auto: eas; with --error path or hybrid where that is cheaper)",
      0},
-    {"spp", KEY_SPP, "N", 0, "primary rays a pixel (16; path: 64); with --error: the most of them (1024)", 0},
+    {"spp", KEY_SPP, "N", 0, "mean of primary rays a pixel (16; path: 64); with --error: the most of them (1024)", 0},
     {"error", KEY_ERROR, "X", 0,
      "stop where the estimated error is X: CV(RMSE), without directly seen emitters; .05 is a preview, .02 good", 0},
     {"size", KEY_SIZE, "WxH", 0, "pixels (the scene's)", 0},
