@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/accuracy.h"
 
-#include "render/adaptive.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+
+#include "render/adaptive.h"
 
 /* Part of the error that the caches may have. */
 #define CACHE_SHARE .75
@@ -42,13 +42,9 @@ static int noise_stride(const struct model *model)
 static bool pilot_noise(const struct model *model, const struct cached *cached, uint64_t seed,
                         struct progress *progress, double *noise)
 {
-    struct film halves[2] = {{0}};
-    const struct scene_camera *camera = &model->scene->camera;
-    bool ok = film_alloc(&halves[0], camera->width, camera->height, cached) &&
-              film_alloc(&halves[1], camera->width, camera->height, cached);
-    for (int half = 0; ok && half < 2; half++)
-        add_samples(model, cached, PILOT_SAMPLES, NULL, seed, SEED_PILOT + half, noise_stride(model), progress,
-                    &halves[half]);
+    struct film halves[2];
+    bool ok = render_halves(model, cached, PILOT_SAMPLES, seed, SEED_PILOT, noise_stride(model), progress,
+                            halves);
     *noise = ok ? film_noise(&halves[0], &halves[1]) * sqrt(PILOT_SAMPLES) : 0;
     for (int half = 0; half < 2; half++) film_free(&halves[half]);
     return ok;

@@ -17,7 +17,7 @@
 bool accuracy_choose(const struct model *model, struct render_options *options, struct progress *progress);
 
 /* The caches for options->error, the coarsest that are good enough. RENDER_AUTO becomes hybrid where no records are
- * needed, else eas. As fill_build. */
+ * needed, or where its samples then cost no more rays than its records did, else eas. As fill_build. */
 bool accuracy_fill(const struct model *model, struct render_options *options, struct progress *progress,
                    struct fill *fill, char error[static SCENE_ERROR]);
 

@@ -19,18 +19,27 @@ void film_free(struct film *film)
     *film = (struct film){0};
 }
 
+static rgb mean_radiance(const struct pixel *p) { return scale(add(p->direct, p->indirect), 1 / p->samples); }
+
+bool film_differ(const struct pixel *p, const struct pixel *q, double *square)
+{
+    if (!is_black(p->emission) || !is_black(q->emission) || p->samples == 0 || q->samples == 0) return false;
+    rgb d = sub(mean_radiance(p), mean_radiance(q));
+    *square = ((double)d.x * d.x + (double)d.y * d.y + (double)d.z * d.z) / 3;
+    return true;
+}
+
 double film_noise(const struct film *a, const struct film *b)
 {
     double squares = 0, sum = 0;
     int64_t count = 0;
     for (int i = 0; i < a->width * a->height; i++) {
         const struct pixel *p = &a->pixels[i], *q = &b->pixels[i];
-        if (!is_black(p->emission) || !is_black(q->emission) || p->samples == 0 || q->samples == 0) continue;
-        rgb x = scale(add(p->direct, p->indirect), 1 / p->samples),
-            y = scale(add(q->direct, q->indirect), 1 / q->samples);
-        rgb d = sub(x, y), s = add(x, y);
+        double square;
+        if (!film_differ(p, q, &square)) continue;
+        rgb s = add(mean_radiance(p), mean_radiance(q));
         /* The difference has the variance of both; a's is b's share of the samples. */
-        squares += q->samples / (p->samples + q->samples) * (double)dot(d, d) / 3;
+        squares += q->samples / (p->samples + q->samples) * square;
         sum += .5 * ((double)s.x + s.y + s.z) / 3;
         count++;
     }

@@ -25,8 +25,11 @@ struct film {
 bool film_alloc(struct film *film, int width, int height, bool cache);
 void film_free(struct film *film);
 
-/* The noise of film a by its difference from b, an independent one: CV(RMSE), without pixels that see emitters or the
- * background, or of which either has no samples. */
+/* *square: how much the mean radiance of two pixels differs, squared, the mean over the channels. False where either has
+ * no samples or sees emitters or the background: such pixels don't count in errors. */
+bool film_differ(const struct pixel *p, const struct pixel *q, double *square);
+
+/* The noise of film a by its difference from b, an independent one: CV(RMSE) of the pixels that count. */
 double film_noise(const struct film *a, const struct film *b);
 
 /* The AOVs as channels "ViewLayer.Combined.R" … : Combined, Direct, Indirect, Emission, Albedo, Normal, Depth (1e10

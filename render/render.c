@@ -62,6 +62,21 @@ void render_samples(const struct model *model, const struct cached *cached, cons
     }
 }
 
+bool render_halves(const struct model *model, const struct cached *cached, int spp, uint64_t seed, int stream,
+                   int stride, struct progress *progress, struct film halves[static 2])
+{
+    const struct scene_camera *camera = &model->scene->camera;
+    halves[1] = (struct film){0};
+    if (!film_alloc(&halves[0], camera->width, camera->height, cached) ||
+        !film_alloc(&halves[1], camera->width, camera->height, cached))
+        return false;
+    for (int half = 0; half < 2; half++) {
+        struct render_pass pass = {spp, NULL, rng_mix(seed ^ (uint64_t)(stream + half) << 32), stride};
+        render_samples(model, cached, &pass, progress, &halves[half]);
+    }
+    return true;
+}
+
 /* As many samples as are asked for. False: no memory. */
 static bool plain(const struct model *model, const struct cached *cached, const struct render_options *options,
                   struct progress *progress, struct film *film)

@@ -54,6 +54,11 @@ struct render_pass {
 void render_samples(const struct model *model, const struct cached *cached, const struct render_pass *pass,
                     struct progress *progress, struct film *film);
 
+/* Two independent pictures of spp samples a pixel, for the noise between them, by random numbers of the seed that
+ * `stream` and the next number choose; the caller frees both in any case. False: no memory. */
+bool render_halves(const struct model *model, const struct cached *cached, int spp, uint64_t seed, int stream,
+                   int stride, struct progress *progress, struct film halves[static 2]);
+
 /* Renders into film (allocated here; the caller frees) from caches that render_fill asked for, or by path tracing where
  * fill is NULL. Deterministic for any number of threads. */
 bool render(const struct model *model, const struct render_options *options, const struct fill *fill,
