@@ -25,8 +25,8 @@ struct film {
 bool film_alloc(struct film *film, int width, int height, bool cache);
 void film_free(struct film *film);
 
-/* *square: how much the mean radiance of two pixels differs, squared, the mean over the channels. False where either has
- * no samples or sees emitters or the background: such pixels don't count in errors. */
+/* *square: how much the mean radiance of two pixels differs, squared, the mean over the channels. False where either
+ * has no samples or sees emitters or the background: such pixels don't count in errors. */
 bool film_differ(const struct pixel *p, const struct pixel *q, double *square);
 
 /* The noise of film a by its difference from b, an independent one: CV(RMSE) of the pixels that count. */
