@@ -10,8 +10,9 @@
 /* Samples of a pixel that are grouped together: a power of two, for the sequence. */
 enum { SEED_PIXEL = 401, BATCH = 64 };
 
-/* Shadow rays a camera ray: to lamps (a power of two); under an environment alone, which comes from all sides. */
-enum { SHADOW_RAYS = 4, SKY_RAYS = 12 };
+/* Rays a camera ray. Shadow rays: to lamps; under an environment alone, which comes from all sides. By each lobe that is
+ * traced. Powers of two, for the sequence, but the sky's. */
+enum { SHADOW_RAYS = 8, SKY_RAYS = 12, LOBE_RAYS = 4 };
 
 /* Points where caches are checked, and lamp samples there. */
 enum { CHECK_POINTS = 2048, CHECK_RAYS = 4, SEED_CHECK = 402 };
@@ -103,8 +104,8 @@ static struct gathered traced(const struct cached *cached, struct ray ray, struc
                                        : gather(cached->model, bounced, ray, rng, NULL);
 }
 
-/* Light of one lobe by a traced ray, u two numbers in [0, 1). *lamps, where it isn't NULL: what lamps send directly,
- * with the MIS weight against direct_sample. */
+/* Light of one lobe by a traced ray, u two numbers in [0, 1). *lamps, where it isn't NULL, grows by what lamps send
+ * directly, with the MIS weight against direct_sample. */
 static rgb traced_lobe(const struct cached *cached, const struct point *point, const struct lobe *lobe, float2 u,
                        rgb *lamps, struct rng *rng)
 {
@@ -230,7 +231,7 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
     struct rng rng = rng_seed(seed ^ (uint64_t)SEED_PIXEL << 32, index, (uint64_t)first);
     const int lamps_count = count * SHADOW_RAYS;
     struct sequence place = sequence_draw(&rng, count), lamp = sequence_draw(&rng, lamps_count),
-                    lobe = sequence_draw(&rng, count);
+                    lobe = sequence_draw(&rng, count * LOBE_RAYS);
     bool blurred = camera_has_lens(&cached->model->scene->camera);
     struct sequence lens = {0};
     if (blurred) lens = sequence_draw(&rng, count);
@@ -262,19 +263,22 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
             }
             pixel->direct = mad(pixel->direct, light, 1.0f / SHADOW_RAYS);
         }
-        rgb lamps = {0};
+        rgb lamps = {0}, bounced = {0};
         for (int k = averaged < recorded ? averaged : recorded; k < lobes; k++) {
             bool lamps_too = k >= averaged && !cached->direct.points_only;
-            rgb bounced = traced_lobe(cached, &point, &point.brdf.lobes[k], sequence_point(lobe, i),
-                                      lamps_too ? &lamps : NULL, &rng);
-            if (k >= recorded) pixel->indirect = add(pixel->indirect, bounced);
+            for (int j = i * LOBE_RAYS; j < (i + 1) * LOBE_RAYS; j++) {
+                rgb light = traced_lobe(cached, &point, &point.brdf.lobes[k], sequence_point(lobe, j),
+                                        lamps_too ? &lamps : NULL, &rng);
+                if (k >= recorded) bounced = add(bounced, light);
+            }
         }
-        pixel->direct = add(pixel->direct, lamps);
+        pixel->direct = mad(pixel->direct, lamps, 1.0f / LOBE_RAYS);
+        pixel->indirect = mad(pixel->indirect, bounced, 1.0f / LOBE_RAYS);
         if (is_black(point.brdf.kt)) continue;
         struct side beyond = shade_side(&point, true);
-        rgb bounced = traced_diffuse(cached, beyond, point.brdf.kt, &rng),
+        rgb diffuse = traced_diffuse(cached, beyond, point.brdf.kt, &rng),
             by_photons = caustic(cached, point.p, beyond, point.brdf.kt, &places, &rng);
-        pixel->indirect = add(pixel->indirect, add(bounced, by_photons));
+        pixel->indirect = add(pixel->indirect, add(diffuse, by_photons));
     }
     for (int i = 0; i < group_count; i++) {
         struct point point = group_mean(&groups[i]);

@@ -3,7 +3,7 @@
  *
  * Camera rays that find alike points share one look-up and one integral over the lamps; each has a shadow ray of its
  * own. Bounced light comes from the records: the diffuse part from irradiance, the lobes from EAS (eas), from HSH (hsh)
- * or from one traced ray a camera ray (hybrid, and lobes too narrow for records in all).
+ * or from traced rays (hybrid, and lobes too narrow for records in all).
  */
 #ifndef RENDER_CACHED_H
 #define RENDER_CACHED_H

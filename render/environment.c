@@ -7,6 +7,8 @@
 
 #define THRESHOLD_FACTOR 2 /* times the mean luminance */
 
+enum { GUIDED = 8 }; /* cumulative chances to a guide */
+
 static inline float2 direction_uv(const struct environment *e, float3 dir)
 {
     float x = dot(dir, e->axes[0]), y = dot(dir, e->axes[1]), z = dot(dir, e->axes[2]);
@@ -23,11 +25,9 @@ static inline rgb texel(const struct environment *e, int x, int y)
     return mul(c, e->radiance);
 }
 
-static rgb radiance(const struct environment *e, float3 dir)
+/* x, y: texels from the picture's upper left. */
+static rgb radiance_at(const struct environment *e, float x, float y)
 {
-    if (!e->image) return e->radiance;
-    float2 uv = direction_uv(e, dir);
-    float x = uv.x * (float)e->image->width, y = (1 - uv.y) * (float)e->image->height;
     if (e->closest) return texel(e, (int)floorf(x), (int)floorf(y));
     float fx = floorf(x - 0.5f), fy = floorf(y - 0.5f), s = x - 0.5f - fx, t = y - 0.5f - fy;
     int ix = (int)fx, iy = (int)fy;
@@ -35,27 +35,34 @@ static rgb radiance(const struct environment *e, float3 dir)
                  lerp3(texel(e, ix, iy + 1), texel(e, ix + 1, iy + 1), s), t);
 }
 
+static rgb radiance(const struct environment *e, float3 dir)
+{
+    if (!e->image) return e->radiance;
+    float2 uv = direction_uv(e, dir);
+    return radiance_at(e, uv.x * (float)e->image->width, (1 - uv.y) * (float)e->image->height);
+}
+
 static inline rgb strong_of(const struct environment *e, rgb c)
 {
     return vec3(maxf(c.x - e->threshold, 0), maxf(c.y - e->threshold, 0), maxf(c.z - e->threshold, 0));
 }
 
-/* Sine of the latitude at the upper border of row y. */
-static inline float row_top(const struct environment *e, int y)
+/* Sine of the latitude down row y, t in [0, 1] uniform in solid angle. */
+static inline float sine_down(const struct environment *e, int y, float t)
 {
-    return cosf(PI * (float)y / (float)e->image->height);
+    return e->tops[y] + t * (e->tops[y + 1] - e->tops[y]);
 }
 
 /* Solid angle of a texel of row y, sr. */
 static inline float texel_angle(const struct environment *e, int y)
 {
-    return 2 * PI / (float)e->image->width * (row_top(e, y) - row_top(e, y + 1));
+    return 2 * PI / (float)e->image->width * (e->tops[y] - e->tops[y + 1]);
 }
 
 /* The direction of a point of texel (x, y): s along the row; t down it, uniform in solid angle. */
 static float3 texel_direction(const struct environment *e, int x, int y, float s, float t)
 {
-    float top = row_top(e, y), z = top + t * (row_top(e, y + 1) - top), r = sqrtf(maxf(1 - z * z, 0));
+    float z = sine_down(e, y, t), r = sqrtf(maxf(1 - z * z, 0));
     float phi = (0.5f - ((float)x + s) / (float)e->image->width) * 2 * PI;
     return mad(mad(scale(e->axes[0], r * cosf(phi)), e->axes[1], r * sinf(phi)), e->axes[2], z);
 }
@@ -83,22 +90,52 @@ static float mean_luminance(const struct environment *e)
     return (float)(sum / (4 * PI));
 }
 
+/* Guides to `count` chances: a power of two, so that dividing [0, 1) among them is exact. */
+static int guides_for(int count)
+{
+    int guides = 1;
+    while (guides * GUIDED < count) guides *= 2;
+    return guides;
+}
+
+/* guide[k]: the last chance that is at most k / guides. */
+static void make_guide(const float *cumulative, int count, int guides, uint32_t *guide)
+{
+    int at = 0;
+    for (int k = 0; k <= guides; k++) {
+        while (at < count - 1 && cumulative[at + 1] <= (float)k / (float)guides) at++;
+        guide[k] = (uint32_t)at;
+    }
+}
+
+static float *columns_of(const struct environment *e, int y)
+{
+    return e->columns + (size_t)y * ((size_t)e->image->width + 1);
+}
+
+static uint32_t *column_guide(const struct environment *e, int y)
+{
+    return e->column_guide + (size_t)y * ((size_t)e->column_guides + 1);
+}
+
 /* The cumulative chances of texels by strength times solid angle; the sum over the sphere is the strong flux. */
 static void accumulate(struct environment *e)
 {
     int w = e->image->width, h = e->image->height;
     double total = 0;
     for (int y = 0; y < h; y++) {
-        float *columns = e->columns + (size_t)y * ((size_t)w + 1);
+        float *columns = columns_of(e, y);
         double row = 0;
         columns[0] = 0;
         for (int x = 0; x < w; x++) columns[x + 1] = (float)(row += cell_strength(e, x, y));
         for (int x = 1; x <= w && row > 0; x++) columns[x] /= (float)row;
+        make_guide(columns, w, e->column_guides, column_guide(e, y));
         e->rows[y] = (float)total;
         total += row * texel_angle(e, y);
     }
     e->rows[h] = (float)total;
     for (int y = 0; y <= h && total > 0; y++) e->rows[y] /= (float)total;
+    make_guide(e->rows, h, e->row_guides, e->row_guide);
     e->strong_flux = (float)total;
 }
 
@@ -115,10 +152,16 @@ bool environment_build(const struct scene_world *world, const struct textures *t
     size_t w = (size_t)e->image->width, h = (size_t)e->image->height;
     e->rows = malloc((h + 1) * sizeof *e->rows);
     e->columns = malloc((w + 1) * h * sizeof *e->columns);
-    if (!e->rows || !e->columns) {
+    e->row_guides = guides_for((int)h);
+    e->column_guides = guides_for((int)w);
+    e->row_guide = malloc(((size_t)e->row_guides + 1) * sizeof *e->row_guide);
+    e->column_guide = malloc(((size_t)e->column_guides + 1) * h * sizeof *e->column_guide);
+    e->tops = malloc((h + 1) * sizeof *e->tops);
+    if (!e->rows || !e->columns || !e->row_guide || !e->column_guide || !e->tops) {
         environment_free(e);
         return false;
     }
+    for (size_t y = 0; y <= h; y++) e->tops[y] = cosf(PI * (float)y / (float)h);
     e->threshold = THRESHOLD_FACTOR * mean_luminance(e);
     accumulate(e);
     return true;
@@ -128,6 +171,9 @@ void environment_free(struct environment *environment)
 {
     free(environment->rows);
     free(environment->columns);
+    free(environment->row_guide);
+    free(environment->column_guide);
+    free(environment->tops);
     *environment = (struct environment){0};
 }
 
@@ -144,9 +190,11 @@ rgb environment_rest(const struct environment *environment, float3 dir)
 }
 
 /* The i with cumulative[i] <= u < cumulative[i + 1], and in *fraction where between them. */
-static int find(const float *cumulative, int count, float u, float *fraction)
+static int find(const float *cumulative, const uint32_t *guide, int guides, float u, float *fraction)
 {
-    int low = 0, high = count;
+    int k = (int)(u * (float)guides);
+    if (k == guides) k--; /* rounding */
+    int low = (int)guide[k], high = (int)guide[k + 1] + 1;
     while (high - low > 1) {
         int middle = (low + high) / 2;
         if (cumulative[middle] <= u) low = middle;
@@ -159,17 +207,19 @@ static int find(const float *cumulative, int count, float u, float *fraction)
 
 static float texel_pdf(const struct environment *e, int x, int y)
 {
-    const float *columns = e->columns + (size_t)y * ((size_t)e->image->width + 1);
+    const float *columns = columns_of(e, y);
     return (e->rows[y + 1] - e->rows[y]) * (columns[x + 1] - columns[x]) / texel_angle(e, y);
 }
 
-float3 environment_sample(const struct environment *environment, const float u[static 2], float *pdf)
+float3 environment_sample(const struct environment *environment, const float u[static 2], float *pdf, rgb *strong)
 {
     const struct environment *e = environment;
     float s, t;
-    int y = find(e->rows, e->image->height, u[0], &t);
-    int x = find(e->columns + (size_t)y * ((size_t)e->image->width + 1), e->image->width, u[1], &s);
+    int y = find(e->rows, e->row_guide, e->row_guides, u[0], &t);
+    int x = find(columns_of(e, y), column_guide(e, y), e->column_guides, u[1], &s);
     *pdf = texel_pdf(e, x, y);
+    float latitude = asinf(sine_down(e, y, t));
+    *strong = strong_of(e, radiance_at(e, (float)x + s, (.5f - latitude / PI) * (float)e->image->height));
     return texel_direction(e, x, y, s, t);
 }
 

@@ -18,7 +18,10 @@ struct environment {
     float3 axes[3];            /* world directions of the picture's x, y, z */
     float threshold;           /* W/m2/sr */
     float *rows, *columns;     /* cumulative chances: of rows [height + 1], within each row [height][width + 1] */
-    float strong_flux;         /* luminance of the strong part summed over the sphere, W/m2; 0: nothing is strong */
+    int row_guides, column_guides; /* equal parts of [0, 1), and for each where to search: [guides + 1], [height] times */
+    uint32_t *row_guide, *column_guide;
+    float *tops;       /* sine of the latitude at the upper border of each row [height + 1] */
+    float strong_flux; /* luminance of the strong part summed over the sphere, W/m2; 0: nothing is strong */
 };
 
 /* False where memory runs out; nothing is left to free then. */
@@ -30,8 +33,9 @@ void environment_free(struct environment *environment);
 rgb environment_strong(const struct environment *environment, float3 dir);
 rgb environment_rest(const struct environment *environment, float3 dir);
 
-/* A direction drawn by the strong part, its pdf per solid angle in *pdf; needs strong_flux > 0. */
-float3 environment_sample(const struct environment *environment, const float u[static 2], float *pdf);
+/* A direction drawn by the strong part, its pdf per solid angle in *pdf, and the strong part along it; needs
+ * strong_flux > 0. u: two numbers in [0, 1). */
+float3 environment_sample(const struct environment *environment, const float u[static 2], float *pdf, rgb *strong);
 float environment_pdf(const struct environment *environment, float3 dir);
 
 /* Part of the strong light: a group of neighbouring directions. */

@@ -10,9 +10,9 @@
 enum { MAX_DEPTH = 256 };
 #define MOST_SURVIVE .98f
 
-/* Lamp samples on a glossy surface: CANDIDATES x CANDIDATES for one shadow ray. Shadow rays where the first ray of a
- * chain ends, under an environment that lights from many sides. */
-enum { CANDIDATES = 3, SKY_RAYS = 4 };
+/* Shadow rays where the first ray of a chain ends, under an environment that lights from many sides. Lamp samples among
+ * which they choose: a square grid, CANDIDATES a side on glossy surfaces, 1 elsewhere, one more for SKY_RAYS. */
+enum { SKY_RAYS = 4, CANDIDATES = 3, MOST_CANDIDATES = (CANDIDATES + 1) * (CANDIDATES + 1) };
 
 /* What stays the same along a chain of rays, and where its light goes. */
 struct chain {
@@ -73,41 +73,36 @@ static bool candidate(const struct model *model, const struct point *point, cons
     return true;
 }
 
-/* Light of the lamps at a point by one shadow ray. On glossy surfaces it goes to one of CANDIDATES lamp samples, chosen
- * by the light that they would reflect, and stands for all of them (resampling, Talbot et al. 2005): a highlight then
- * has noise in its shadows alone. False where nothing arrives. */
-static bool lamp_light(const struct model *model, const struct point *point, bool beyond, bool averages, bool near,
-                       struct rng *rng, struct lamp_light *out)
+/* Light of the lamps at a point by `rays` shadow rays, 1 or SKY_RAYS. They go to lamp samples chosen by the light that
+ * each would reflect, and stand for all of them (resampling, Talbot et al. 2005): a highlight then has noise in its
+ * shadows alone. Returns how many arrive. */
+static int lamp_light(const struct model *model, const struct point *point, bool beyond, bool averages, bool near,
+                      int rays, struct rng *rng, struct lamp_light out[SKY_RAYS])
 {
     struct side from = shade_side(point, beyond);
-    int side = point->brdf.lobe_count ? CANDIDATES : 1, count = side * side;
-    float u0 = rng_float(rng), sum = 0, pick = rng_float(rng), chosen = 0;
-    *out = (struct lamp_light){.distance = 0};
+    struct lamp_light lights[MOST_CANDIDATES];
+    float values[MOST_CANDIDATES], u0 = rng_float(rng), sum = 0, passed = 0;
+    int side = (point->brdf.lobe_count ? CANDIDATES : 1) + (rays > 1), count = side * side, last = -1, arrived = 0;
     for (int i = 0; i < count; i++) {
         float u1 = rng_float(rng), u2 = rng_float(rng), turn = u0 + (float)i / (float)count;
         float u[3] = {turn < 1 ? turn : turn - 1, ((float)(i / side) + u1) / (float)side,
                       ((float)(i % side) + u2) / (float)side};
-        struct lamp_light light;
-        if (!candidate(model, point, &from, averages, near && !beyond, count, u, &light)) continue;
-        float value = luminance(add(light.diffuse, light.specular));
-        if (value <= 0) continue;
-        sum += value;
-        /* With probability value / sum; what is left of `pick` is uniform again. */
-        float p = value / sum;
-        if (pick < p) {
-            pick /= p;
-            *out = light;
-            chosen = value;
-        } else {
-            pick = (pick - p) / (1 - p);
-        }
+        bool any = candidate(model, point, &from, averages, near && !beyond, count, u, &lights[i]);
+        values[i] = any ? luminance(add(lights[i].diffuse, lights[i].specular)) : 0;
+        if (values[i] > 0) last = i;
+        sum += values[i];
     }
-    rgb passed = sum > 0 ? pane_transmittance(model, from.origin, out->wi, out->reach) : vec3(0, 0, 0);
-    if (is_black(passed)) return false;
-    passed = scale(passed, sum / (chosen * (float)count));
-    out->diffuse = mul(out->diffuse, passed);
-    out->specular = mul(out->specular, passed);
-    return true;
+    float step = sum / (float)rays, start = rng_float(rng);
+    for (int k = 0, i = 0; last >= 0 && k < rays; k++) {
+        while (i < last && passed + values[i] <= ((float)k + start) * step) passed += values[i++];
+        rgb through = pane_transmittance(model, from.origin, lights[i].wi, lights[i].reach);
+        if (is_black(through)) continue;
+        through = scale(through, step / (values[i] * (float)count));
+        out[arrived] = lights[i];
+        out[arrived].diffuse = mul(lights[i].diffuse, through);
+        out[arrived++].specular = mul(lights[i].specular, through);
+    }
+    return arrived;
 }
 
 /* Distance to the image of what lies `beyond` behind the first hit, itself `before` away. A convex mirror's image is
@@ -203,17 +198,18 @@ static void lit(struct chain *chain, const struct point *point, rgb throughput, 
         total += weights[i] = max3(mul(throughput, lobe_albedo(&brdf->lobes[i], cos_o)));
     float survive = depth == 0 ? 1 : minf(total, MOST_SURVIVE);
 
-    struct lamp_light lamp;
+    struct lamp_light lamps[SKY_RAYS];
     bool near = direct_near(chain->model, point), averages = !near;
     int shadow_rays = depth == 0 && lights_environment(chain->model->lights) ? SKY_RAYS : 1;
-    int sides = brdf_spreads(brdf) ? 2 : 1;
-    for (int i = 0; i < sides * shadow_rays; i++) {
-        if (!lamp_light(chain->model, point, i % sides, averages, near, chain->rng, &lamp)) continue;
-        rgb share = scale(throughput, 1 / (float)shadow_rays);
-        add_light(chain, mul(share, lamp.diffuse), own, before);
-        if (depth == 0 && i % sides == 0) chain->out->caustic = add(chain->out->caustic, mul(share, lamp.specular));
-        add_light(chain, mul(share, lamp.specular), false,
-                  depth == 0 ? image_distance(chain, before, lamp.distance) : before);
+    for (int beyond = 0; beyond <= brdf_spreads(brdf); beyond++) {
+        int count = lamp_light(chain->model, point, beyond, averages, near, shadow_rays, chain->rng, lamps);
+        for (int i = 0; i < count; i++) {
+            rgb specular = mul(throughput, lamps[i].specular);
+            add_light(chain, mul(throughput, lamps[i].diffuse), own, before);
+            if (depth == 0 && !beyond) chain->out->caustic = add(chain->out->caustic, specular);
+            add_light(chain, specular, false,
+                      depth == 0 ? image_distance(chain, before, lamps[i].distance) : before);
+        }
     }
     if (near) {
         float u[2] = {rng_float(chain->rng), rng_float(chain->rng)};

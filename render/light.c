@@ -206,9 +206,8 @@ bool lights_sample(const struct lights *lights, float3 p, float3 n, const float 
     } else if (emitter < lights->emitter_count) {
         if (!emitter_sample(&lights->emitters[emitter], p, v, &s.wi, &s.distance, &s.radiance, &s.pdf)) return false;
     } else {
-        s.wi = environment_sample(&lights->environment, v + 1, &s.pdf);
+        s.wi = environment_sample(&lights->environment, v + 1, &s.pdf, &s.radiance);
         s.distance = INFINITY;
-        s.radiance = environment_strong(&lights->environment, s.wi);
         if (!(s.pdf > 0) || is_black(s.radiance)) return false;
     }
     float pdf = s.pdf * chance_of;
