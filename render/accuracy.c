@@ -71,15 +71,15 @@ bool accuracy_choose(const struct model *model, struct render_options *options, 
 /* What there is still to do to caches. */
 enum wanting { NOTHING, FINER, EAS_TOO };
 
-/* Bare caches are good enough as soon as few samples are. While RENDER_AUTO makes hybrid's, finer ones are made until
- * they are good, and then EAS where the samples would cost more rays than the records have, `spent`: about as many as
- * EAS cost. False: no memory. */
+/* The diffuse cache alone is good enough as soon as few samples are. While RENDER_AUTO makes hybrid's, finer ones are
+ * made until they are good, and then EAS where the samples would cost more rays than the records have, `spent`: about as
+ * many as EAS cost. False: no memory. */
 static bool judge(const struct model *model, const struct fill *fill, struct render_options *options, uint64_t spent,
                   struct progress *progress, enum wanting *wanting)
 {
     struct cached cached;
     double own = 0;
-    bool bare = fill->options.coarseness == FILL_BARE, pilot = bare || options->method == RENDER_AUTO;
+    bool bare = fill->options.kind == FILL_NONE, pilot = bare || options->method == RENDER_AUTO;
     uint64_t before = trace_rays(model->trace);
     progress_begin(progress, "caches' error", before);
     bool ok = cached_prepare(model, fill, &cached) &&
@@ -99,10 +99,10 @@ static bool judge(const struct model *model, const struct fill *fill, struct ren
 static bool improve(const struct model *model, struct render_options *options, enum wanting wanting,
                     struct progress *progress, struct fill *fill, char error[static SCENE_ERROR])
 {
-    bool bare = fill->options.coarseness == FILL_BARE;
+    bool bare = fill->options.kind == FILL_NONE;
     if (wanting == EAS_TOO) options->method = RENDER_EAS;
     struct fill_options wanted = render_fill(options);
-    wanted.coarseness = fill->options.coarseness - (wanting == FINER);
+    wanted.coarseness = fill->options.coarseness - (wanting == FINER && !bare);
     if (!bare && wanting == FINER) {
         fill_free(fill);
         return fill_build(model, &wanted, progress, fill, error);
@@ -116,11 +116,10 @@ static bool improve(const struct model *model, struct render_options *options, e
 bool accuracy_fill(const struct model *model, struct render_options *options, struct progress *progress,
                    struct fill *fill, char error[static SCENE_ERROR])
 {
-    bool may_be_bare = !options->lamps_in_records && !options->over_surfaces &&
-                       (options->method == RENDER_HYBRID || options->method == RENDER_AUTO);
     struct fill_options wanted = render_fill(options);
-    enum wanting wanting = FINER;
-    wanted.coarseness = may_be_bare ? FILL_BARE : FILL_COARSEST;
+    enum wanting wanting = options->method == RENDER_GATHER ? NOTHING : FINER;
+    wanted.coarseness = FILL_COARSEST;
+    if (options->method == RENDER_AUTO) wanted.kind = FILL_NONE;
     uint64_t before = trace_rays(model->trace);
     if (!fill_build(model, &wanted, progress, fill, error)) return false;
     while (wanting != NOTHING && (fill->options.coarseness > 0 || options->method == RENDER_AUTO)) {
@@ -132,7 +131,8 @@ bool accuracy_fill(const struct model *model, struct render_options *options, st
         before = trace_rays(model->trace);
         if (wanting != NOTHING && !improve(model, options, wanting, progress, fill, error)) return false;
     }
-    if (options->method == RENDER_AUTO) options->method = RENDER_HYBRID;
+    if (options->method == RENDER_AUTO)
+        options->method = fill->options.kind == FILL_NONE ? RENDER_GATHER : RENDER_HYBRID;
     return true;
 }
 

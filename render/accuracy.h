@@ -4,8 +4,6 @@
  * Noise is measured by a second picture of some of the pixels, the caches' own error by how much overlapping records
  * disagree (cached_error); the two are independent, so their squares add up. The caches may take three quarters of the
  * error: the coarsest are tried first, since the next finer ones cost several times as much; samples take the rest.
- * The coarsest of hybrid have no records at all: the diffuse part then is a ray a sample, too, whose noise a denoiser
- * takes out better than the blotches of records, and for few samples a pixel it is cheaper.
  */
 #ifndef RENDER_ACCURACY_H
 #define RENDER_ACCURACY_H
@@ -16,8 +14,8 @@
  * pixel suffice that caches would cost more; else it stays, for accuracy_fill. False: no memory. */
 bool accuracy_choose(const struct model *model, struct render_options *options, struct progress *progress);
 
-/* The caches for options->error, the coarsest that are good enough. RENDER_AUTO becomes hybrid where no records are
- * needed, or where its samples then cost no more rays than its records did, else eas. As fill_build. */
+/* The caches for options->error, the coarsest that are good enough. RENDER_AUTO becomes gather where few samples do
+ * without records, hybrid where its samples then cost no more rays than its records did, else eas. As fill_build. */
 bool accuracy_fill(const struct model *model, struct render_options *options, struct progress *progress,
                    struct fill *fill, char error[static SCENE_ERROR]);
 

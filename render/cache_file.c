@@ -17,8 +17,9 @@ enum { VERSION = 3, BYTE_ORDER_MARK = 0x01020304, BYTE_ORDER_SWAPPED = 0x0403020
 static const char magic[8] = "BURNISHC";
 
 /* What --method calls each kind. */
-enum { KINDS = 3 };
-static const char *const kinds[KINDS] = {[FILL_DIFFUSE] = "hybrid", [FILL_EAS] = "eas", [FILL_HSH] = "hsh"};
+enum { KINDS = 4 };
+static const char *const kinds[KINDS] = {
+    [FILL_DIFFUSE] = "hybrid", [FILL_EAS] = "eas", [FILL_HSH] = "hsh", [FILL_NONE] = "gather"};
 
 /* The caches of struct fill. */
 enum { BOUNCED, DIFFUSE, GLOSSY, CACHES };

@@ -11,7 +11,7 @@
 enum { SEED_PIXEL = 401, BATCH = 64 };
 
 /* Rays a camera ray. Shadow rays: to lamps; under an environment alone, which comes from all sides. By each lobe that is
- * traced. Powers of two, for the sequence, but the sky's. */
+ * traced, and by diffuse parts that have no record. Powers of two, for the sequence, but the sky's. */
 enum { SHADOW_RAYS = 8, SKY_RAYS = 12, LOBE_RAYS = 4 };
 
 /* Points where caches are checked, and lamp samples there. */
@@ -122,12 +122,12 @@ static rgb traced_lobe(const struct cached *cached, const struct point *point, c
     return mul(weight, add(light.surface, light.mirrored));
 }
 
-/* Bounced light of a diffuse part by a traced ray, photons apart. */
-static rgb traced_diffuse(const struct cached *cached, struct side side, rgb albedo, struct rng *rng)
+/* Bounced light of a diffuse part by a traced ray, photons apart; u: two numbers in [0, 1). */
+static rgb traced_diffuse(const struct cached *cached, struct side side, rgb albedo, float2 u, struct rng *rng)
 {
     if (is_black(albedo)) return albedo;
-    float u[2] = {rng_float(rng), rng_float(rng)};
-    float3 dir = cosine_direction(side.n, u);
+    float v[2] = {u.x, u.y};
+    float3 dir = cosine_direction(side.n, v);
     if (dot(dir, side.ng) <= 0) return vec3(0, 0, 0);
     struct gathered light = traced(cached, (struct ray){side.origin, dir}, rng);
     return mul(albedo, gathered_diffuse(&light, &cached->fill->bounced));
@@ -142,11 +142,10 @@ static rgb caustic(const struct cached *cached, float3 p, struct side side, rgb 
     return scale(mul(albedo, caustics_irradiance(cached->model, caustics, p, side, places, rng)), 1 / PI);
 }
 
-/* Where the cache has nothing: the light of one ray for the diffuse part and each lobe. */
-static rgb traced_indirect(const struct cached *cached, const struct point *point, struct rng *rng)
+/* Where the cache has nothing: the light by a ray, u two numbers in [0, 1), for the diffuse part and each lobe. */
+static rgb traced_indirect(const struct cached *cached, const struct point *point, float2 u, struct rng *rng)
 {
-    rgb sum = traced_diffuse(cached, shade_side(point, false), point->brdf.kd, rng);
-    float2 u = {rng_float(rng), rng_float(rng)};
+    rgb sum = traced_diffuse(cached, shade_side(point, false), point->brdf.kd, u, rng);
     for (int i = 0; i < point->brdf.lobe_count; i++)
         sum = add(sum, traced_lobe(cached, point, &point->brdf.lobes[i], u, NULL, rng));
     return sum;
@@ -193,7 +192,7 @@ static void look_up(const struct cached *cached, const struct group *group, stru
 {
     struct point point = group_mean(group);
     float samples = (float)group->count;
-    bool glossy = cached->fill->options.kind != FILL_DIFFUSE && point.brdf.lobe_count > 0;
+    bool glossy = fill_has_glossy(cached->fill) && point.brdf.lobe_count > 0;
     if (!glossy && is_black(point.brdf.kd)) return;
     const struct record_cache *cache = glossy ? &cached->fill->glossy : &cached->fill->diffuse;
     struct cache_match matches[CACHE_MATCHES];
@@ -201,10 +200,13 @@ static void look_up(const struct cached *cached, const struct group *group, stru
     rgb by_photons = caustic(cached, point.p, shade_side(&point, false), point.brdf.kd, places, rng);
     pixel->indirect = mad(pixel->indirect, by_photons, samples);
     if (!count) {
+        const int rays = group->count * LOBE_RAYS;
+        struct sequence sequence = sequence_draw(rng, rays);
         if (!glossy) point.brdf.lobe_count = 0; /* traced already */
-        for (int i = 0; i < group->count; i++) {
-            point.origin = group->origins[i]; /* on a curved surface the mean lies beneath it */
-            pixel->indirect = add(pixel->indirect, traced_indirect(cached, &point, rng));
+        for (int i = 0; i < rays; i++) {
+            point.origin = group->origins[i / LOBE_RAYS]; /* on a curved surface the mean lies beneath it */
+            rgb light = traced_indirect(cached, &point, sequence_point(sequence, i), rng);
+            pixel->indirect = mad(pixel->indirect, light, 1.0f / LOBE_RAYS);
         }
         return;
     }
@@ -250,7 +252,7 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         const struct group *group = group_of(&cached->direct, groups, &group_count, &point);
         point.brdf.lobe_count = lobes;
         int averaged = group->averages ? resolved : 0,
-            recorded = cached->fill->options.kind == FILL_DIFFUSE ? 0 : resolved;
+            recorded = fill_has_glossy(cached->fill) ? resolved : 0;
         for (int k = i * SHADOW_RAYS; k < (i + 1) * SHADOW_RAYS; k++) {
             float2 on_lamp = sequence_point(lamp, k);
             /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself.
@@ -276,7 +278,8 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         pixel->indirect = mad(pixel->indirect, bounced, 1.0f / LOBE_RAYS);
         if (is_black(point.brdf.kt)) continue;
         struct side beyond = shade_side(&point, true);
-        rgb diffuse = traced_diffuse(cached, beyond, point.brdf.kt, &rng),
+        float2 u = {rng_float(&rng), rng_float(&rng)};
+        rgb diffuse = traced_diffuse(cached, beyond, point.brdf.kt, u, &rng),
             by_photons = caustic(cached, point.p, beyond, point.brdf.kt, &places, &rng);
         pixel->indirect = add(pixel->indirect, add(diffuse, by_photons));
     }
@@ -325,7 +328,7 @@ static struct check check_point(const struct cached *cached, uint64_t seed, uint
         check.light = mad(check.light, shade_direct(cached->model, &point, u, true), 1.0f / CHECK_RAYS);
     }
     point.brdf.lobe_count = direct_sort(&point.brdf);
-    bool glossy = fill->options.kind != FILL_DIFFUSE && point.brdf.lobe_count > 0;
+    bool glossy = fill_has_glossy(fill) && point.brdf.lobe_count > 0;
     const struct record_cache *cache = glossy ? &fill->glossy : &fill->diffuse;
     struct cache_match matches[CACHE_MATCHES];
     union lobe_view views[BRDF_LOBES];

@@ -69,7 +69,7 @@ static void look(const struct model *model, const struct fill *fill, const struc
         return;
     }
     draft->point.brdf.lobe_count = direct_sort(&draft->point.brdf); /* the others are traced */
-    draft->glossy = fill->options.kind != FILL_DIFFUSE && draft->point.brdf.lobe_count > 0;
+    draft->glossy = fill_has_glossy(fill) && draft->point.brdf.lobe_count > 0;
     if (!draft->glossy && is_black(draft->point.brdf.kd)) return;
     const struct record_cache *cache = draft->glossy ? &fill->glossy : &fill->diffuse;
     draft->wanted = !cache_covers(&cache->zones, draft->point.p, draft->point.n) &&
@@ -172,6 +172,7 @@ static bool fill_places(const struct model *model, struct progress *progress, st
 bool fill_extend(const struct model *model, struct progress *progress, struct fill *fill,
                  char error[static SCENE_ERROR])
 {
+    if (fill->options.kind == FILL_NONE) return true;
     progress_begin(progress, "records", trace_rays(model->trace));
     if (!fill_places(model, progress, fill)) {
         snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
@@ -229,7 +230,7 @@ bool fill_build(const struct model *model, const struct fill_options *options, s
     if (!diffuse_cache_build(model, options->coarseness, options->seed, progress, &fill->bounced, error)) return false;
     bool ok = fill_tables(model->scene, fill);
     progress_end(progress, trace_rays(model->trace));
-    if (ok && (options->coarseness == FILL_BARE || fill_extend(model, progress, fill, error))) return true;
+    if (ok && fill_extend(model, progress, fill, error)) return true;
     fill_free(fill);
     snprintf(error, SCENE_ERROR, "radiance cache: out of memory");
     return false;

@@ -38,13 +38,14 @@ struct record_cache {
 
 /* What the caches depend on besides the scene. */
 struct fill_options {
-    enum fill_kind { FILL_DIFFUSE, FILL_EAS, FILL_HSH } kind; /* what glossy records hold besides irradiance */
-    bool lamps;                                               /* records hold direct light, too (the paper's mode) */
+    /* What glossy records hold besides irradiance: nothing; EAS; HSH. FILL_NONE: the diffuse cache is all there is. */
+    enum fill_kind { FILL_DIFFUSE, FILL_EAS, FILL_HSH, FILL_NONE } kind;
+    bool lamps;    /* records hold direct light, too (the paper's mode) */
     bool surfaces; /* records all over the scene, for any camera; if not, where the camera sees */
     uint64_t seed;
     int coarseness; /* 0: the finest; each step up to FILL_COARSEST has about a fourth of the rays */
 };
-enum { FILL_COARSEST = 2, FILL_BARE }; /* FILL_BARE: the diffuse cache of the coarsest and no records */
+enum { FILL_COARSEST = 2 };
 
 /* The caches of a picture. Glossy surfaces use `glossy` where the method keeps EAS, else everything uses `diffuse`. */
 struct fill {
@@ -55,7 +56,13 @@ struct fill {
     struct hsh *hsh; /* FILL_HSH; else NULL */
 };
 
-/* Makes the caches; bare ones may be filled by fill_extend once their options say how. Deterministic for any number of
+/* Whether glossy surfaces have records of their own. */
+static inline bool fill_has_glossy(const struct fill *fill)
+{
+    return fill->options.kind == FILL_EAS || fill->options.kind == FILL_HSH;
+}
+
+/* Makes the caches; those of FILL_NONE may be filled by fill_extend once their options say how. Deterministic for any number of
  * threads. False and a sentence where memory runs out; nothing to free then. */
 bool fill_build(const struct model *model, const struct fill_options *options, struct progress *progress,
                 struct fill *fill, char error[static SCENE_ERROR]);

@@ -73,9 +73,10 @@ static enum render_method method(struct argp_state *state, const char *text)
     if (strcmp(text, "auto") == 0) return RENDER_AUTO;
     if (strcmp(text, "eas") == 0) return RENDER_EAS;
     if (strcmp(text, "hybrid") == 0) return RENDER_HYBRID;
+    if (strcmp(text, "gather") == 0) return RENDER_GATHER;
     if (strcmp(text, "hsh") == 0) return RENDER_HSH;
     if (strcmp(text, "path") == 0) return RENDER_PATH;
-    argp_error(state, "--method: found '%s', expected auto, eas, hsh, hybrid or path", text);
+    argp_error(state, "--method: found '%s', expected auto, eas, hsh, hybrid, gather or path", text);
     return RENDER_EAS;
 }
 
@@ -96,9 +97,10 @@ static void require_ending(struct argp_state *state, const char *option, const c
 
 static const struct argp_option render_arguments[] = {
     {"output", 'o', "OUT.exr", 0, "the picture to write", 0},
-    {"method", 'm', "auto|eas|hsh|hybrid|path", 0,
+    {"method", 'm', "auto|eas|hsh|hybrid|gather|path", 0,
      "radiance cache of equivalent area sources or of hemispherical harmonics (the baseline), irradiance cache with "
-     "traced specular rays, or path tracing (auto: eas; with --error path or hybrid where that is cheaper)",
+     "traced specular rays, traced rays alone that end at a diffuse cache (for a denoiser), or path tracing (auto: eas; "
+     "with --error path, gather or hybrid where that is cheaper)",
      0},
     {"spp", KEY_SPP, "N", 0, "mean of primary rays a pixel (16; path: 64); with --error: the most of them (1024)", 0},
     {"error", KEY_ERROR, "X", 0,
@@ -155,10 +157,11 @@ static error_t parse_render(int key, char *text, struct argp_state *state)
         if (!options->output) argp_error(state, "expected -o OUT.exr");
         if (options->cache && options->render.method == RENDER_PATH)
             argp_error(state, "--cache: --method path has no caches");
-        if (options->render.over_surfaces && options->render.method == RENDER_PATH)
-            argp_error(state, "--fill: --method path has no records");
-        if (options->render.lamps_in_records && options->render.method == RENDER_PATH)
-            argp_error(state, "--records: --method path has no records");
+        if (options->render.method == RENDER_PATH || options->render.method == RENDER_GATHER) {
+            const char *name = options->render.method == RENDER_PATH ? "path" : "gather";
+            if (options->render.over_surfaces) argp_error(state, "--fill: --method %s has no records", name);
+            if (options->render.lamps_in_records) argp_error(state, "--records: --method %s has no records", name);
+        }
         if (options->render.error > 0 && options->cache)
             argp_error(state, "--error: makes caches of its own, which --cache can't keep");
         if (!options->render.spp && options->render.error > 0) options->render.spp = 1024;

@@ -108,12 +108,14 @@ static void report(const struct model *model, const struct fill *fill, uint64_t 
 
 struct fill_options render_fill(const struct render_options *options)
 {
-    return (struct fill_options){.kind = options->method == RENDER_EAS   ? FILL_EAS
-                                         : options->method == RENDER_HSH ? FILL_HSH
-                                                                         : FILL_DIFFUSE,
+    static const enum fill_kind kinds[] = {[RENDER_GATHER] = FILL_NONE,  [RENDER_HYBRID] = FILL_DIFFUSE,
+                                           [RENDER_EAS] = FILL_EAS,      [RENDER_HSH] = FILL_HSH,
+                                           [RENDER_AUTO] = FILL_DIFFUSE, [RENDER_PATH] = FILL_NONE};
+    return (struct fill_options){.kind = kinds[options->method],
                                  .lamps = options->lamps_in_records,
                                  .surfaces = options->over_surfaces,
-                                 .seed = options->seed};
+                                 .seed = options->seed,
+                                 .coarseness = options->method == RENDER_GATHER ? FILL_COARSEST : 0};
 }
 
 bool render(const struct model *model, const struct render_options *options, const struct fill *fill,

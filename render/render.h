@@ -10,10 +10,11 @@
 
 enum render_method {
     RENDER_PATH,   /* path tracing */
+    RENDER_GATHER, /* traced rays that end at the diffuse cache */
     RENDER_HYBRID, /* irradiance cache + traced specular rays */
     RENDER_EAS,    /* irradiance cache + EAS cache */
     RENDER_HSH,    /* irradiance cache + HSH cache */
-    RENDER_AUTO    /* eas; with an error to reach, path or hybrid where few samples reach it (accuracy.h) */
+    RENDER_AUTO    /* eas; with an error to reach, path, gather or hybrid where few samples reach it (accuracy.h) */
 };
 
 struct render_options {

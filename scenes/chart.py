@@ -22,7 +22,7 @@ import run
 SCENES = ("cornell", "boule1", "boule2", "matpreview", "kitchen", "modern_hall")
 COLUMNS = ("scene", "method", "setting", "seed", "cpu_s", "wall_s", "rays", "cv_rmse", "relmse", "flip", "cv_rmse_all",
            "relmse_all", "flip_all")
-QUICK = {"seeds": 1, "budget": 16., "denoisers": ("high,accurate", "fast,none")}
+QUICK = {"seeds": 1, "budget": 16., "denoisers": ("high,accurate", "high,none", "fast,none")}
 FULL = {"seeds": 3, "budget": 24., "denoisers": contest.DENOISERS}
 
 
@@ -36,7 +36,7 @@ def parse_options():
                         help="for every method; all cores by default")
     parser.add_argument("--seeds", type=int, metavar="N", help="3 by default; bias and noise need 2")
     parser.add_argument("--budget", type=float, metavar="S", help="CPU seconds a picture, at most (24)")
-    parser.add_argument("--quick", action="store_true", help="one seed, 16 CPU seconds a picture, two ways to denoise")
+    parser.add_argument("--quick", action="store_true", help="one seed, 16 CPU seconds a picture, three ways to denoise")
     parser.add_argument("--shrink", type=int, default=1, metavar="N",
                         help="pictures of 1/N the width and height, for a quick look; the numbers are then others")
     options = parser.parse_args()

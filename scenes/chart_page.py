@@ -16,8 +16,8 @@ import run
 
 LEVELS = (.10, .05, .03)  # of CV(RMSE)
 CROPS_A_ROW = 6
-COLOURS = {"path": "#4477aa", "hsh": "#ccbb44", "eas": "#228833", "hybrid": "#ee6677", "auto": "#aa3377",
-           "Cycles": "#000000", "Cycles guided": "#888888"}
+COLOURS = {"path": "#4477aa", "hsh": "#ccbb44", "eas": "#228833", "hybrid": "#ee6677", "gather": "#66ccee",
+           "auto": "#aa3377", "Cycles": "#000000", "Cycles guided": "#888888"}
 STAGES = ("pixels", "denoising")  # all others come before the first pixel
 
 

@@ -55,6 +55,7 @@ def methods(denoisers):
         Method("hsh", "hsh", presets=CACHES),
         Method("eas", "eas", presets=CACHES), Method("eas + OIDN", "eas", presets=CACHES, denoised=True),
         Method("hybrid", "hybrid", presets=CACHES), Method("hybrid + OIDN", "hybrid", denoised=True, by_error=True),
+        Method("gather", "gather"), Method("gather + OIDN", "gather", denoised=True),
         Method("auto", "auto", by_error=True),
         Method("Cycles", unbiased=True),
         Method("Cycles + OIDN", presets=tuple(("--denoise", each) for each in denoisers)),

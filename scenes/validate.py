@@ -41,7 +41,7 @@ def parse_options():
     parser = argparse.ArgumentParser(prog="scenes/validate", description="Compares our pictures of Blender files with "
                                      "those of Cycles: a page a file.")
     parser.add_argument("files", nargs="+", metavar="FILE.blend", help="or the name of a scene in scenes/")
-    parser.add_argument("--method", default="eas", choices=("auto", "eas", "hsh", "hybrid", "path"),
+    parser.add_argument("--method", default="eas", choices=("auto", "eas", "hsh", "hybrid", "gather", "path"),
                         help="beside the path tracer, which always runs (eas)")
     parser.add_argument("--size", type=size, metavar="WxH",
                         help=f"pixels that pictures have to fit in; by default the file's size, its longer side {SIDE} "

@@ -10,7 +10,8 @@ import numpy
 import page
 import pictures
 
-LABELS = {"auto": "auto", "eas": "EAS", "hsh": "HSH", "hybrid": "hybrid", "path": "path tracer", "cycles": "Cycles"}
+LABELS = {"auto": "auto", "eas": "EAS", "hsh": "HSH", "hybrid": "hybrid", "gather": "gather", "path": "path tracer",
+          "cycles": "Cycles"}
 BLOCK = 8  # pixels, as render/compare.h
 SHOWN_OBJECTS, SHOWN_MATERIALS = 4, 25
 MAPS = {"error": "|x − r| / mean r: blue .05, green .1, yellow .2, red .5, white 1 and more",

@@ -37,7 +37,7 @@ def render(program, scene, folder, *arguments, cache):
     return out.read_bytes(), json.loads((folder / "out.json").read_text()), result.stderr
 
 
-@pytest.mark.parametrize("method", ("eas", "hsh", "hybrid"))
+@pytest.mark.parametrize("method", ("eas", "hsh", "hybrid", "gather"))
 def test_from_a_file_the_bytes_are_those_of_a_fresh_picture(burnish, cornell, tmp_path, method):
     fresh, pictures, files = tmp_path / "fresh.exr", [], []
     burnish("render", cornell, "-o", fresh, "--method", method, *SMALL, "--threads", 2, check=0)

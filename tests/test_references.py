@@ -68,7 +68,7 @@ def test_eas_meets_the_bars_of_the_papers_scenes(name, material, exponents, bar,
 
 
 @pytest.mark.parametrize("name,method,asked", [("cornell", "hybrid", .06), ("boule1", "path", .4),
-                                               ("boule1", "hybrid", .4)])  # the last without records
+                                               ("boule1", "gather", .4)])
 def test_an_error_asked_for_is_the_one_that_comes(name, method, asked, tmp_path):
     run.export(name, str(tmp_path / name))
     run.burnish(str(tmp_path / name), str(tmp_path / "a.exr"), method, 1024, run.cores(), more=["--error", str(asked)])
