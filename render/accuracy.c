@@ -72,8 +72,8 @@ bool accuracy_choose(const struct model *model, struct render_options *options, 
 enum wanting { NOTHING, FINER, EAS_TOO };
 
 /* The diffuse cache alone is good enough as soon as few samples are. While RENDER_AUTO makes hybrid's, finer ones are
- * made until they are good, and then EAS where the samples would cost more rays than the records have, `spent`: about as
- * many as EAS cost. False: no memory. */
+ * made until they are good, and then EAS where the samples would cost more rays than the records have, `spent`: about
+ * as many as EAS cost. False: no memory. */
 static bool judge(const struct model *model, const struct fill *fill, struct render_options *options, uint64_t spent,
                   struct progress *progress, enum wanting *wanting)
 {

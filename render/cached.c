@@ -10,8 +10,8 @@
 /* Samples of a pixel that are grouped together: a power of two, for the sequence. */
 enum { SEED_PIXEL = 401, BATCH = 64 };
 
-/* Rays a camera ray. Shadow rays: to lamps; under an environment alone, which comes from all sides. By each lobe that is
- * traced, and by diffuse parts that have no record. Powers of two, for the sequence, but the sky's. */
+/* Rays a camera ray. Shadow rays: to lamps; under an environment alone, which comes from all sides. By each lobe that
+ * is traced, and by diffuse parts that have no record. Powers of two, for the sequence, but the sky's. */
 enum { SHADOW_RAYS = 8, SKY_RAYS = 12, LOBE_RAYS = 4 };
 
 /* Points where caches are checked, and lamp samples there. */

@@ -18,8 +18,9 @@ struct environment {
     float3 axes[3];            /* world directions of the picture's x, y, z */
     float threshold;           /* W/m2/sr */
     float *rows, *columns;     /* cumulative chances: of rows [height + 1], within each row [height][width + 1] */
-    int row_guides, column_guides; /* equal parts of [0, 1), and for each where to search: [guides + 1], [height] times */
+    /* Where a search begins in each of equal parts of [0, 1): [row_guides + 1], [height][column_guides + 1]. */
     uint32_t *row_guide, *column_guide;
+    int row_guides, column_guides;
     float *tops;       /* sine of the latitude at the upper border of each row [height + 1] */
     float strong_flux; /* luminance of the strong part summed over the sphere, W/m2; 0: nothing is strong */
 };

@@ -62,8 +62,8 @@ static inline bool fill_has_glossy(const struct fill *fill)
     return fill->options.kind == FILL_EAS || fill->options.kind == FILL_HSH;
 }
 
-/* Makes the caches; those of FILL_NONE may be filled by fill_extend once their options say how. Deterministic for any number of
- * threads. False and a sentence where memory runs out; nothing to free then. */
+/* Makes the caches; those of FILL_NONE may be filled by fill_extend once their options say how. Deterministic for any
+ * number of threads. False and a sentence where memory runs out; nothing to free then. */
 bool fill_build(const struct model *model, const struct fill_options *options, struct progress *progress,
                 struct fill *fill, char error[static SCENE_ERROR]);
 

@@ -99,8 +99,8 @@ static const struct argp_option render_arguments[] = {
     {"output", 'o', "OUT.exr", 0, "the picture to write", 0},
     {"method", 'm', "auto|eas|hsh|hybrid|gather|path", 0,
      "radiance cache of equivalent area sources or of hemispherical harmonics (the baseline), irradiance cache with "
-     "traced specular rays, traced rays alone that end at a diffuse cache (for a denoiser), or path tracing (auto: eas; "
-     "with --error path, gather or hybrid where that is cheaper)",
+     "traced specular rays, traced rays alone that end at a diffuse cache (for a denoiser), or path tracing (auto: "
+     "eas; with --error path, gather or hybrid where that is cheaper)",
      0},
     {"spp", KEY_SPP, "N", 0, "mean of primary rays a pixel (16; path: 64); with --error: the most of them (1024)", 0},
     {"error", KEY_ERROR, "X", 0,

@@ -7,8 +7,11 @@
 
 const char *stats_method(enum render_method method)
 {
-    static const char *const names[] = {
-        [RENDER_PATH] = "path", [RENDER_GATHER] = "gather", [RENDER_HYBRID] = "hybrid", [RENDER_EAS] = "eas", [RENDER_HSH] = "hsh"};
+    static const char *const names[] = {[RENDER_PATH] = "path",
+                                        [RENDER_GATHER] = "gather",
+                                        [RENDER_HYBRID] = "hybrid",
+                                        [RENDER_EAS] = "eas",
+                                        [RENDER_HSH] = "hsh"};
     return names[method];
 }
 

@@ -36,7 +36,8 @@ def parse_options():
                         help="for every method; all cores by default")
     parser.add_argument("--seeds", type=int, metavar="N", help="3 by default; bias and noise need 2")
     parser.add_argument("--budget", type=float, metavar="S", help="CPU seconds a picture, at most (24)")
-    parser.add_argument("--quick", action="store_true", help="one seed, 16 CPU seconds a picture, three ways to denoise")
+    parser.add_argument("--quick", action="store_true",
+                        help="one seed, 16 CPU seconds a picture, three ways to denoise")
     parser.add_argument("--shrink", type=int, default=1, metavar="N",
                         help="pictures of 1/N the width and height, for a quick look; the numbers are then others")
     options = parser.parse_args()
