@@ -19,10 +19,27 @@ struct cache_entry {
     uint32_t record, next;
 };
 
+/* With all that a look-up reads: chains of entries, and zones apart from them, cost a miss of the processor's caches
+ * each. */
+struct cache_packed {
+    uint64_t key;
+    struct zone zone;
+    uint32_t record;
+};
+
 struct cache cache_empty(float stretch) { return (struct cache){.stretch = stretch}; }
+
+static void unpack(struct cache *cache)
+{
+    free(cache->packed);
+    free(cache->starts);
+    cache->packed = NULL;
+    cache->starts = NULL;
+}
 
 void cache_free(struct cache *cache)
 {
+    unpack(cache);
     free(cache->zones);
     free(cache->buckets);
     free(cache->entries);
@@ -32,7 +49,10 @@ void cache_free(struct cache *cache)
 size_t cache_bytes(const struct cache *cache)
 {
     return cache->capacity * sizeof *cache->zones + cache->bucket_count * sizeof *cache->buckets +
-           cache->entry_capacity * sizeof *cache->entries;
+           cache->entry_capacity * sizeof *cache->entries +
+           (cache->packed ? cache->entry_count * sizeof *cache->packed +
+                                ((size_t)cache->bucket_count + 1) * sizeof *cache->starts
+                          : 0);
 }
 
 /* Level l has cells of 2^l m; a zone lies in the level whose cells are once to twice as wide as it reaches. */
@@ -55,9 +75,18 @@ static uint32_t bucket_of(const struct cache *cache, uint64_t key)
     return (uint32_t)(key >> 32) & (cache->bucket_count - 1);
 }
 
-static void cell_of(float3 p, int level, int cell[3])
+/* ldexpf(1, exponent), which is a call. */
+static inline float power_of_two(int exponent)
 {
-    float s = ldexpf(1, -level);
+    uint32_t bits = (uint32_t)(exponent + 127) << 23;
+    float power;
+    memcpy(&power, &bits, sizeof power);
+    return power;
+}
+
+static inline void cell_of(float3 p, int level, int cell[3])
+{
+    float s = power_of_two(-level);
     cell[0] = (int)floorf(p.x * s);
     cell[1] = (int)floorf(p.y * s);
     cell[2] = (int)floorf(p.z * s);
@@ -110,7 +139,7 @@ static bool index_record(struct cache *cache, uint32_t record, struct zone zone)
     for (int x = low[0]; x <= high[0]; x++)
         for (int y = low[1]; y <= high[1]; y++)
             for (int z = low[2]; z <= high[2]; z++) {
-                if (!meets_cell(zone, reach, ldexpf(1, level), x, y, z)) continue;
+                if (!meets_cell(zone, reach, power_of_two(level), x, y, z)) continue;
                 if (!rehash(cache) ||
                     !grow(&cache->entries, &cache->entry_capacity, cache->entry_count, sizeof *cache->entries))
                     return false;
@@ -122,31 +151,63 @@ static bool index_record(struct cache *cache, uint32_t record, struct zone zone)
     return true;
 }
 
-/* Walks over the records whose cells hold a point: one chain for each level in use. */
+/* Walks over the records whose cells hold a point: one bucket for each level in use, chained or packed. */
 struct probe {
     uint64_t levels, key;
-    uint32_t entry;
+    uint32_t entry, end; /* the next one; where the packed ones end */
 };
 
-static struct probe probe_begin(const struct cache *cache) { return (struct probe){cache->levels, 0, NO_ENTRY}; }
-
-static inline bool probe_next(const struct cache *cache, float3 p, struct probe *probe, uint32_t *record)
+static struct probe probe_begin(const struct cache *cache)
 {
-    if (probe->entry != NO_ENTRY) probe->entry = cache->entries[probe->entry].next;
+    return (struct probe){cache->levels, 0, cache->packed ? 0 : NO_ENTRY, 0};
+}
+
+/* The next record's zone, or NULL. */
+static inline const struct zone *probe_next(const struct cache *cache, float3 p, struct probe *probe, uint32_t *record)
+{
     for (;;) {
-        while (probe->entry != NO_ENTRY && cache->entries[probe->entry].key != probe->key)
-            probe->entry = cache->entries[probe->entry].next;
-        if (probe->entry != NO_ENTRY) {
-            *record = cache->entries[probe->entry].record;
-            return true;
+        while (cache->packed && probe->entry < probe->end) {
+            const struct cache_packed *entry = &cache->packed[probe->entry++];
+            *record = entry->record;
+            if (entry->key == probe->key) return &entry->zone;
         }
-        if (!probe->levels) return false;
+        while (!cache->packed && probe->entry != NO_ENTRY) {
+            const struct cache_entry *entry = &cache->entries[probe->entry];
+            probe->entry = entry->next;
+            *record = entry->record;
+            if (entry->key == probe->key) return &cache->zones[entry->record];
+        }
+        if (!probe->levels) return NULL;
         int level = __builtin_ctzll(probe->levels) - LEVEL_BIAS, cell[3];
         probe->levels &= probe->levels - 1;
         cell_of(p, level, cell);
         probe->key = cell_key(level, cell[0], cell[1], cell[2]);
-        probe->entry = cache->buckets[bucket_of(cache, probe->key)];
+        uint32_t bucket = bucket_of(cache, probe->key);
+        probe->entry = cache->packed ? cache->starts[bucket] : cache->buckets[bucket];
+        probe->end = cache->packed ? cache->starts[bucket + 1] : 0;
     }
+}
+
+/* Bucket by bucket in the order of the chains. False: no memory. */
+static bool pack(struct cache *cache)
+{
+    uint32_t count = 0;
+    if (!cache->entry_count) return true;
+    cache->packed = malloc(cache->entry_count * sizeof *cache->packed);
+    cache->starts = malloc(((size_t)cache->bucket_count + 1) * sizeof *cache->starts);
+    if (!cache->packed || !cache->starts) {
+        unpack(cache);
+        return false;
+    }
+    for (uint32_t bucket = 0; bucket < cache->bucket_count; bucket++) {
+        cache->starts[bucket] = count;
+        for (uint32_t i = cache->buckets[bucket]; i != NO_ENTRY; i = cache->entries[i].next) {
+            uint32_t record = cache->entries[i].record;
+            cache->packed[count++] = (struct cache_packed){cache->entries[i].key, cache->zones[record], record};
+        }
+    }
+    cache->starts[cache->bucket_count] = count;
+    return true;
 }
 
 /* 0 where the record isn't usable at (p, n) within `stretch` radii; else its weight. */
@@ -168,6 +229,7 @@ static bool are_neighbours(const struct zone *a, const struct zone *b) { return 
 bool cache_insert(struct cache *cache, struct zone zone, float least)
 {
     uint32_t other, record = cache->count;
+    unpack(cache);
     if (!grow(&cache->zones, &cache->capacity, cache->count, sizeof *cache->zones)) return false;
     for (struct probe probe = probe_begin(cache); probe_next(cache, zone.p, &probe, &other);) {
         if (!are_neighbours(&zone, &cache->zones[other])) continue;
@@ -187,21 +249,23 @@ bool cache_insert(struct cache *cache, struct zone zone, float least)
 
 bool cache_reindex(struct cache *cache)
 {
+    unpack(cache);
     free(cache->buckets);
     cache->buckets = NULL;
     cache->bucket_count = cache->entry_count = 0;
     cache->levels = 0;
     for (uint32_t i = 0; i < cache->count; i++)
         if (!index_record(cache, i, cache->zones[i])) return false;
-    return true;
+    return pack(cache);
 }
 
 int cache_find(const struct cache *cache, float3 p, float3 n, struct cache_match matches[static CACHE_MATCHES])
 {
     int count = 0;
     uint32_t record;
-    for (struct probe probe = probe_begin(cache); probe_next(cache, p, &probe, &record);) {
-        float weight = weight_of(&cache->zones[record], p, n, cache->stretch);
+    struct probe probe = probe_begin(cache);
+    for (const struct zone *zone; (zone = probe_next(cache, p, &probe, &record));) {
+        float weight = weight_of(zone, p, n, cache->stretch);
         if (weight <= 0) continue;
         int at = count;
         if (count < CACHE_MATCHES) count++;
@@ -221,7 +285,8 @@ int cache_find(const struct cache *cache, float3 p, float3 n, struct cache_match
 bool cache_covers(const struct cache *cache, float3 p, float3 n)
 {
     uint32_t record;
-    for (struct probe probe = probe_begin(cache); probe_next(cache, p, &probe, &record);)
-        if (weight_of(&cache->zones[record], p, n, 1) > 0) return true;
+    struct probe probe = probe_begin(cache);
+    for (const struct zone *zone; (zone = probe_next(cache, p, &probe, &record));)
+        if (weight_of(zone, p, n, 1) > 0) return true;
     return false;
 }

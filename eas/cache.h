@@ -34,6 +34,10 @@ struct cache {
     uint32_t *buckets, bucket_count; /* hash of (level, cell) to its first entry */
     struct cache_entry *entries;
     uint32_t entry_count, entry_capacity;
+    /* The same, side by side for look-ups, from cache_reindex to the next insertion: those of bucket b begin at
+     * starts[b] [bucket_count + 1]. NULL at other times. */
+    struct cache_packed *packed;
+    uint32_t *starts;
     uint64_t levels; /* bit set of the levels in use */
 };
 

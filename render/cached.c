@@ -253,12 +253,14 @@ static void add_batch(const struct cached *cached, int x, int y, int first, int 
         point.brdf.lobe_count = lobes;
         int averaged = group->averages ? resolved : 0,
             recorded = fill_has_glossy(cached->fill) ? resolved : 0;
+        struct light_weights weights;
+        lights_weigh(cached->model->lights, point.origin, point.n, &weights);
         for (int k = i * SHADOW_RAYS; k < (i + 1) * SHADOW_RAYS; k++) {
             float2 on_lamp = sequence_point(lamp, k);
             /* Lamps (and their triangles) in turn: each then has a run of the sequence, which is spread well in itself.
              */
             float u[3] = {((float)k + turn) / (float)lamps_count, on_lamp.x, on_lamp.y};
-            rgb light = direct_sample(&cached->direct, &point, u, averaged, group->near);
+            rgb light = direct_sample(&cached->direct, &point, &weights, u, averaged, group->near);
             if (group->near) {
                 float v[2] = {rng_float(&rng), rng_float(&rng)};
                 light = add(light, direct_met(cached->model, &point, v));

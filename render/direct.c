@@ -99,15 +99,14 @@ struct cells {
 };
 
 /* Cell i of LAMP_CELLS by the light sample at the place (x, y) in it, .5 each: its middle. */
-static bool lamp_sample_in(const struct lights *lights, const struct point *point, int i, float x, float y,
-                           struct light_sample *light)
+static bool lamp_sample_in(const struct light_weights *weights, int i, float x, float y, struct light_sample *light)
 {
     int run = i / (SIDE * SIDE), row = i / SIDE % SIDE, column = i % SIDE;
     /* The runs' shifts interleave their middles; jittered places wrap within the run's square. */
     float v = ((float)row + y + (run & 1 ? .25f : -.25f)) / (float)SIDE,
           w = ((float)column + x + (run & 2 ? .25f : -.25f)) / (float)SIDE;
     float u[3] = {((float)i + .5f) / (float)LAMP_CELLS, v - floorf(v), w - floorf(w)};
-    return lights_sample(lights, point->origin, point->n, u, light);
+    return lights_sample_weighed(weights, u, light);
 }
 
 static inline void set_channels(float channels[3][DIRECT_CELLS], int i, rgb value)
@@ -117,15 +116,16 @@ static inline void set_channels(float channels[3][DIRECT_CELLS], int i, rgb valu
     channels[2][i] = value.z;
 }
 
-static void lamp_cells(const struct direct *direct, const struct point *point, struct cells *cells)
+/* weights: at the point. */
+static void lamp_cells(const struct direct *direct, const struct light_weights *weights, struct cells *cells)
 {
     cells->count = LAMP_CELLS;
     for (int i = 0; i < LAMP_CELLS; i++) {
         struct light_sample light;
-        bool any = lamp_sample_in(direct->model->lights, point, i, .5f, .5f, &light);
+        bool any = lamp_sample_in(weights, i, .5f, .5f, &light);
         float omega = any && light.pdf > 0 ? minf(1 / (light.pdf * (float)LAMP_CELLS), 2 * PI) : 0;
         any = any && (omega == 0 || !direct->points_only);
-        cells->caps[i] = (struct cap){any ? light.wi : point->n, omega};
+        cells->caps[i] = (struct cap){any ? light.wi : weights->n, omega};
         rgb flux = any ? scale(light.weight, 1 / (float)LAMP_CELLS) : vec3(0, 0, 0);
         set_channels(cells->flux, i, flux);
     }
@@ -256,9 +256,11 @@ bool direct_averages(const struct direct *direct, const struct point *point)
     float narrowest = PI, sum = 0, coarse = 0;
     for (int i = 0; i < point->brdf.lobe_count; i++) narrowest = minf(narrowest, lobe_width(&point->brdf.lobes[i]));
     float most = PI * sqr(COARSE_WIDTH * narrowest); /* sr */
+    struct light_weights weights;
     struct cells cells;
     float light[3][DIRECT_CELLS];
-    lamp_cells(direct, point, &cells);
+    lights_weigh(direct->model->lights, point->origin, point->n, &weights);
+    lamp_cells(direct, &weights, &cells);
     reflect_cells(direct, point, vec3(0, 0, 0), true, &cells, light);
 #pragma omp simd reduction(+ : sum, coarse)
     for (int i = 0; i < cells.count; i++) {
@@ -269,15 +271,17 @@ bool direct_averages(const struct direct *direct, const struct point *point)
     return coarse <= MOST_COARSE * sum;
 }
 
-/* direct_sample on one side. */
-static rgb sample_side(const struct direct *direct, const struct point *point, bool beyond, const float u[static 3],
-                       int averaged, bool near)
+/* direct_sample on one side; weights: NULL, or those there. */
+static rgb sample_side(const struct direct *direct, const struct point *point, bool beyond,
+                       const struct light_weights *weights, const float u[static 3], int averaged, bool near)
 {
     const struct brdf *brdf = &point->brdf;
     const struct side side = shade_side(point, beyond);
     struct light_sample light;
     rgb sum = {0};
-    if (!lights_sample(direct->model->lights, side.origin, side.n, u, &light)) return sum;
+    bool any = weights ? lights_sample_weighed(weights, u, &light)
+                       : lights_sample(direct->model->lights, side.origin, side.n, u, &light);
+    if (!any) return sum;
     if (direct->points_only && light.pdf > 0) return sum;
     float cosine = dot(light.wi, side.n);
     if (cosine <= 0 || dot(light.wi, side.ng) <= 0) return sum;
@@ -294,21 +298,22 @@ static rgb sample_side(const struct direct *direct, const struct point *point, b
     return mul(sum, pane_transmittance(direct->model, side.origin, light.wi, light.reach));
 }
 
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged,
-                  bool near)
+rgb direct_sample(const struct direct *direct, const struct point *point, const struct light_weights *weights,
+                  const float u[static 3], int averaged, bool near)
 {
     const struct brdf *brdf = &point->brdf;
     rgb sum = {0};
     if (direct->idle) return sum;
     if (averaged < brdf->lobe_count || (!direct->sky && !is_black(brdf->kd)))
-        sum = sample_side(direct, point, false, u, averaged, near);
-    return brdf_spreads(brdf) ? add(sum, sample_side(direct, point, true, u, averaged, false)) : sum;
+        sum = sample_side(direct, point, false, weights, u, averaged, near);
+    return brdf_spreads(brdf) ? add(sum, sample_side(direct, point, true, NULL, u, averaged, false)) : sum;
 }
 
 /* Alike points that look at cells; `point` is their mean. */
 struct look {
     const struct direct *direct;
     const struct point *point;
+    const struct light_weights *weights; /* at the point; unset under a sky */
     const float3 *origins;
     int origin_count;
 };
@@ -335,8 +340,8 @@ static bool aim(const struct look *look, int k, int i, float along, struct rng *
         ray->dir = direct->places[i * ENVIRONMENT_PLACES + (int)(along * ENVIRONMENT_PLACES)];
     } else {
         struct light_sample sample;
-        if (!lamp_sample_in(direct->model->lights, point, i, along, rng_float(rng), &sample) &&
-            !lamp_sample_in(direct->model->lights, point, i, .5f, .5f, &sample))
+        if (!lamp_sample_in(look->weights, i, along, rng_float(rng), &sample) &&
+            !lamp_sample_in(look->weights, i, .5f, .5f, &sample))
             return false;
         /* Sampled from the mean point: the same place from this origin. */
         float3 to = isinf(sample.distance) ? sample.wi : sub(mad(point->origin, sample.wi, sample.distance), origin);
@@ -404,13 +409,17 @@ static rgb shadowed(const struct look *look, const float light[3][DIRECT_CELLS],
 rgb direct_light(const struct direct *direct, const struct point *point, bool averages, const float3 *origins,
                  int count, int rays, struct shadow_memory *memory, struct rng *rng)
 {
+    struct light_weights at_point;
     struct cells lamps;
     const struct cells *cells = direct->sky ? direct->sky : &lamps;
     float light[3][DIRECT_CELLS], weights[KINDS][DIRECT_CELLS], lit = 0, dark = 0, doubtful = 0;
     rgb diffuse = direct->sky ? point->brdf.kd : vec3(0, 0, 0), sum = {0};
     averages = averages && point->brdf.lobe_count > 0;
     if (direct->idle || (!averages && is_black(diffuse))) return sum;
-    if (!direct->sky) lamp_cells(direct, point, &lamps);
+    if (!direct->sky) {
+        lights_weigh(direct->model->lights, point->origin, point->n, &at_point);
+        lamp_cells(direct, &at_point, &lamps);
+    }
     reflect_cells(direct, point, diffuse, averages, cells, light);
 #pragma omp simd reduction(+ : lit, dark, doubtful)
     for (int i = 0; i < cells->count; i++) {
@@ -423,7 +432,7 @@ rgb direct_light(const struct direct *direct, const struct point *point, bool av
         doubtful += weights[DOUBTFUL][i];
     }
     /* The doubt is of other pixels' rays: those of this one have no say in where they go, which would bias the mean. */
-    const struct look look = {direct, point, origins, count};
+    const struct look look = {direct, point, &at_point, origins, count};
     const float sums[KINDS] = {lit, dark, doubtful};
     float all = lit + dark + doubtful, per_light = (float)rays / all;
     if (direct->sky) per_light *= clampf(all / (DIM * direct->sky_flux), 1, BRIGHT);

@@ -69,11 +69,11 @@ rgb direct_met(const struct model *model, const struct point *point, const float
  * lobes. */
 bool direct_averages(const struct direct *direct, const struct point *point);
 
-/* The light of one lamp sample (u: three numbers in [0, 1)) with its shadow ray, and of one beyond the surface where it
+/* The light of one lamp sample (u: three numbers in [0, 1); weights: the lights', at the point) with its shadow ray, and of one beyond the surface where it
  * transmits, by the parts that direct_light leaves out: `averaged` of the point's lobes, sorted, are its; near:
  * direct_near. Lobes have the MIS weight against sampling each. */
-rgb direct_sample(const struct direct *direct, const struct point *point, const float u[static 3], int averaged,
-                  bool near);
+rgb direct_sample(const struct direct *direct, const struct point *point, const struct light_weights *weights,
+                  const float u[static 3], int averaged, bool near);
 
 /* The light of alike points at their mean, whose lobes are all resolved: under an environment alone the diffuse part,
  * and the lobes where `averages`. `origins`: where the points' rays start, `count` of them; shadow rays leave them in

@@ -49,12 +49,12 @@ struct lamp_light {
 /* One of `count` lamp samples on a side of the surface: its lobes averaged, where that is wanted and they are resolved,
  * over the part of the lamps that it stands for, or with the MIS weight against sampling each; near: direct_near on
  * this side. False where none arrives. */
-static bool candidate(const struct model *model, const struct point *point, const struct side *side, bool averages,
-                      bool near, int count, const float u[static 3], struct lamp_light *out)
+static bool candidate(const struct light_weights *weights, const struct point *point, const struct side *side,
+                      bool averages, bool near, int count, const float u[static 3], struct lamp_light *out)
 {
     const struct brdf *brdf = &point->brdf;
     struct light_sample light;
-    if (!lights_sample(model->lights, side->origin, side->n, u, &light)) return false;
+    if (!lights_sample_weighed(weights, u, &light)) return false;
     float cosine = dot(light.wi, side->n);
     if (cosine <= 0 || dot(light.wi, side->ng) <= 0) return false;
     rgb diffuse = dot(light.wi, point->n) > 0 ? brdf->kd : brdf->kt;
@@ -80,14 +80,16 @@ static int lamp_light(const struct model *model, const struct point *point, bool
                       int rays, struct rng *rng, struct lamp_light out[SKY_RAYS])
 {
     struct side from = shade_side(point, beyond);
+    struct light_weights weights;
     struct lamp_light lights[MOST_CANDIDATES];
     float values[MOST_CANDIDATES], u0 = rng_float(rng), sum = 0, passed = 0;
     int side = (point->brdf.lobe_count ? CANDIDATES : 1) + (rays > 1), count = side * side, last = -1, arrived = 0;
+    lights_weigh(model->lights, from.origin, from.n, &weights);
     for (int i = 0; i < count; i++) {
         float u1 = rng_float(rng), u2 = rng_float(rng), turn = u0 + (float)i / (float)count;
         float u[3] = {turn < 1 ? turn : turn - 1, ((float)(i / side) + u1) / (float)side,
                       ((float)(i % side) + u2) / (float)side};
-        bool any = candidate(model, point, &from, averages, near && !beyond, count, u, &lights[i]);
+        bool any = candidate(&weights, point, &from, averages, near && !beyond, count, u, &lights[i]);
         values[i] = any ? luminance(add(lights[i].diffuse, lights[i].specular)) : 0;
         if (values[i] > 0) last = i;
         sum += values[i];

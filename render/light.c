@@ -8,9 +8,6 @@
 #include "render/environment.h"
 #include "render/lamp.h"
 
-/* Up to so many lights are weighed anew at each point; more are chosen by their power. */
-enum { WEIGHED = 64 };
-
 /* Lights are numbered: lamps first, then emitters, then the environment where it has a strong part. */
 struct lights {
     const struct scene *scene;
@@ -68,7 +65,7 @@ static bool build(struct lights *lights, const struct textures *textures, float 
     if (!build_emitters(lights, textures, radius)) return false;
     if (!environment_build(&scene->world, textures, &lights->environment)) return false;
     lights->count = lights->lamp_count + lights->emitter_count + (lights->environment.strong_flux > 0);
-    return lights->count <= WEIGHED || build_chances(lights, radius);
+    return lights->count <= LIGHTS_WEIGHED || build_chances(lights, radius);
 }
 
 struct lights *lights_build(const struct scene *scene, const struct textures *textures,
@@ -160,8 +157,9 @@ static float chance(const struct lights *lights, int light, float3 p, float3 n)
 }
 
 /* Chooses a light and makes u uniform again; -1 where none can light p. */
-static int choose(const struct lights *lights, float3 p, float3 n, float *u, float *chance_of)
+static int choose(const struct light_weights *w, float *u, float *chance_of)
 {
+    const struct lights *lights = w->lights;
     if (lights->count == 1) {
         *chance_of = 1;
         return 0;
@@ -177,10 +175,9 @@ static int choose(const struct lights *lights, float3 p, float3 n, float *u, flo
         *u = clampf((*u - lights->cumulative[low]) / *chance_of, 0, 0x1.fffffep-1f);
         return *chance_of > 0 ? low : -1;
     }
-    float weights[WEIGHED], sum = 0;
-    for (int i = 0; i < lights->count; i++) sum += weights[i] = irradiance(lights, i, p, n);
-    if (!(sum > 0)) return -1;
-    float x = *u * sum;
+    const float *weights = w->each;
+    if (!(w->sum > 0)) return -1;
+    float x = *u * w->sum;
     int light = -1;
     for (int i = 0; i < lights->count; i++) {
         if (weights[i] <= 0) continue;
@@ -188,16 +185,35 @@ static int choose(const struct lights *lights, float3 p, float3 n, float *u, flo
         if (x < weights[i]) break;
         x -= weights[i];
     }
-    *chance_of = weights[light] / sum;
+    *chance_of = weights[light] / w->sum;
     *u = clampf(x / weights[light], 0, 0x1.fffffep-1f);
     return light;
+}
+
+void lights_weigh(const struct lights *lights, float3 p, float3 n, struct light_weights *weights)
+{
+    weights->lights = lights;
+    weights->p = p;
+    weights->n = n;
+    weights->sum = 0;
+    if (lights->cumulative || lights->count == 1) return;
+    for (int i = 0; i < lights->count; i++) weights->sum += weights->each[i] = irradiance(lights, i, p, n);
 }
 
 bool lights_sample(const struct lights *lights, float3 p, float3 n, const float u[static 3],
                    struct light_sample *sample)
 {
+    struct light_weights weights;
+    lights_weigh(lights, p, n, &weights);
+    return lights_sample_weighed(&weights, u, sample);
+}
+
+bool lights_sample_weighed(const struct light_weights *weights, const float u[static 3], struct light_sample *sample)
+{
+    const struct lights *lights = weights->lights;
+    const float3 p = weights->p, n = weights->n;
     float v[3] = {u[0], u[1], u[2]}, chance_of = 0;
-    int light = lights->count > 0 ? choose(lights, p, n, v, &chance_of) : -1;
+    int light = lights->count > 0 ? choose(weights, v, &chance_of) : -1;
     if (light < 0) return false;
     struct lamp_sample s;
     int emitter = light - lights->lamp_count;

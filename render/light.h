@@ -59,6 +59,16 @@ float lights_widest(const struct lights *lights, float3 p);
 bool lights_sample(const struct lights *lights, float3 p, float3 n, const float u[static 3],
                    struct light_sample *sample);
 
+/* The same for many samples at p: up to LIGHTS_WEIGHED lights are weighed there, once. */
+enum { LIGHTS_WEIGHED = 64 };
+struct light_weights {
+    const struct lights *lights; /* borrowed */
+    float3 p, n;
+    float each[LIGHTS_WEIGHED], sum; /* unset where there is one light, or so many that their power chooses */
+};
+void lights_weigh(const struct lights *lights, float3 p, float3 n, struct light_weights *weights);
+bool lights_sample_weighed(const struct light_weights *weights, const float u[static 3], struct light_sample *sample);
+
 /* For a traced ray from p along dir that hit triangle hit->triangle of hit->object: the pdf with which lights_sample
  * would have chosen it, 0 where it does not emit. ng: the triangle's geometric normal. */
 float lights_pdf_hit(const struct lights *lights, float3 p, float3 n, float3 dir, const struct hit *hit, float3 ng);

@@ -162,44 +162,55 @@ static void fill(struct cache *cache, int count, uint64_t seed, float3 shift)
     }
 }
 
-/* Thousands of records in a hash: those of the largest weight, and no others. */
-static void against_brute_force(void **state)
+/* Look-ups bring the records of the largest weight, and no others. */
+static void agrees_with_brute_force(const struct cache *cache, uint64_t seed)
 {
-    (void)state;
-    enum { COUNT = 4000 };
-    struct cache cache = cache_empty(1.5f);
-    fill(&cache, COUNT, 5, vec3(0, 0, 0));
-    float *all = malloc(COUNT * sizeof *all);
+    float *all = malloc(cache->count * sizeof *all);
     assert_non_null(all);
-    struct rng rng = rng_seed(6, 0, 0);
+    struct rng rng = rng_seed(seed, 0, 0);
     int full = 0, partly = 0;
     for (int i = 0; i < 2000; i++) {
         float3 p = somewhere(&rng), n = inward(p, &rng);
         struct cache_match m[CACHE_MATCHES];
         bool covered = false;
-        int found = cache_find(&cache, p, n, m), usable = 0;
+        int found = cache_find(cache, p, n, m), usable = 0;
         float sum = 0, least = INFINITY;
-        for (uint32_t k = 0; k < COUNT; k++) {
-            all[k] = weight(&cache.zones[k], p, n, 1.5f);
+        for (uint32_t k = 0; k < cache->count; k++) {
+            all[k] = weight(&cache->zones[k], p, n, 1.5f);
             usable += all[k] > 1e-6f;
-            covered |= weight(&cache.zones[k], p, n, 1) > 1e-6f;
+            covered |= weight(&cache->zones[k], p, n, 1) > 1e-6f;
         }
         for (int k = 0; k < found; k++) {
             sum += all[m[k].record];
             least = minf(least, all[m[k].record]);
         }
         int better = 0;
-        for (uint32_t k = 0; k < COUNT; k++) better += all[k] > 1e-6f && all[k] >= least;
+        for (uint32_t k = 0; k < cache->count; k++) better += all[k] > 1e-6f && all[k] >= least;
         assert_true(better <= found); /* nothing that was left out weighs more */
         assert_true(found >= (usable < CACHE_MATCHES ? usable : CACHE_MATCHES));
         for (int k = 0; k < found; k++) assert_float_equal(m[k].weight, all[m[k].record] / sum, 1e-4f);
-        if (covered) assert_true(cache_covers(&cache, p, n));
+        if (covered) assert_true(cache_covers(cache, p, n));
         full += found == CACHE_MATCHES;
         partly += found > 0 && found < CACHE_MATCHES;
     }
     assert_in_range(full, 100, 1900);
     assert_in_range(partly, 100, 1900);
     free(all);
+}
+
+/* Thousands of records: while they come, once they are indexed anew, and when more come after that. */
+static void against_brute_force(void **state)
+{
+    (void)state;
+    struct cache cache = cache_empty(1.5f);
+    fill(&cache, 4000, 5, vec3(0, 0, 0));
+    agrees_with_brute_force(&cache, 6);
+    assert_true(cache_reindex(&cache));
+    agrees_with_brute_force(&cache, 7);
+    fill(&cache, 1000, 8, vec3(0, 0, 0));
+    agrees_with_brute_force(&cache, 9);
+    assert_true(cache_reindex(&cache));
+    agrees_with_brute_force(&cache, 10);
     cache_free(&cache);
 }
 

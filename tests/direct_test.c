@@ -58,11 +58,14 @@ static float rendered_after(const struct model *model, const struct mean_brdf *t
     struct point wide = *point;
     wide.brdf.lobe_count = direct_sort(&wide.brdf);
     bool averages = direct_averages(&direct, &wide), near = direct_near(model, point);
+    int averaged = averages ? wide.brdf.lobe_count : 0;
+    struct light_weights weights;
+    lights_weigh(model->lights, point->origin, point->n, &weights);
     rgb sum = {0};
     for (int i = 0; i < 16; i++) {
         float2 on_lamp = sequence_point(lamp, i);
         float u[3] = {((float)i + rng_float(&rng)) / 16, on_lamp.x, on_lamp.y};
-        sum = mad(sum, direct_sample(&direct, point, u, averages ? wide.brdf.lobe_count : 0, near), 1.0f / 16);
+        sum = mad(sum, direct_sample(&direct, point, &weights, u, averaged, near), 1.0f / 16);
         if (near) sum = mad(sum, direct_met(model, point, u + 1), 1.0f / 16);
     }
     sum = add(sum, direct_light(&direct, &wide, averages, &point->origin, 1, 64, memory ? memory : &none, &rng));
