@@ -69,9 +69,9 @@ rgb direct_met(const struct model *model, const struct point *point, const float
  * lobes. */
 bool direct_averages(const struct direct *direct, const struct point *point);
 
-/* The light of one lamp sample (u: three numbers in [0, 1); weights: the lights', at the point) with its shadow ray, and of one beyond the surface where it
- * transmits, by the parts that direct_light leaves out: `averaged` of the point's lobes, sorted, are its; near:
- * direct_near. Lobes have the MIS weight against sampling each. */
+/* The light of one lamp sample with its shadow ray, and of one beyond the surface where it transmits, by the parts that
+ * direct_light leaves out: `averaged` of the point's lobes, sorted, are its. Lobes have the MIS weight against sampling
+ * each. weights: the lights', at the point; u: three numbers in [0, 1); near: direct_near. */
 rgb direct_sample(const struct direct *direct, const struct point *point, const struct light_weights *weights,
                   const float u[static 3], int averaged, bool near);
 
