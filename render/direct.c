@@ -29,8 +29,9 @@ enum { DOUBTS = 4 };
 #define LEAST_CAP 1e-6f
 /* A lamp that fills more of what a point sees, sr, has cells that are too wide. */
 #define MOST_SOLID_ANGLE 1.0f
-/* Where one fills this, cells are looked at: highlights of which this share lies in cells whose radius is over this
- * part of the lobe's width aren't averaged. */
+/* Where one fills this, one cell of so many (prime to SIDE) is looked at: highlights of which this share lies in cells
+ * whose radius is over this part of the lobe's width aren't averaged. */
+enum { WATCHED_CELLS = 5 };
 #define WATCHED_SOLID_ANGLE .1f
 #define MOST_COARSE .1f
 #define COARSE_WIDTH .25f
@@ -116,13 +117,13 @@ static inline void set_channels(float channels[3][DIRECT_CELLS], int i, rgb valu
     channels[2][i] = value.z;
 }
 
-/* weights: at the point. */
-static void lamp_cells(const struct direct *direct, const struct light_weights *weights, struct cells *cells)
+/* Every step-th cell; weights: at the point. */
+static void lamp_cells(const struct direct *direct, const struct light_weights *weights, int step, struct cells *cells)
 {
-    cells->count = LAMP_CELLS;
-    for (int i = 0; i < LAMP_CELLS; i++) {
+    cells->count = (LAMP_CELLS + step - 1) / step;
+    for (int i = 0; i < cells->count; i++) {
         struct light_sample light;
-        bool any = lamp_sample_in(weights, i, .5f, .5f, &light);
+        bool any = lamp_sample_in(weights, i * step, .5f, .5f, &light);
         float omega = any && light.pdf > 0 ? minf(1 / (light.pdf * (float)LAMP_CELLS), 2 * PI) : 0;
         any = any && (omega == 0 || !direct->points_only);
         cells->caps[i] = (struct cap){any ? light.wi : weights->n, omega};
@@ -260,7 +261,7 @@ bool direct_averages(const struct direct *direct, const struct point *point)
     struct cells cells;
     float light[3][DIRECT_CELLS];
     lights_weigh(direct->model->lights, point->origin, point->n, &weights);
-    lamp_cells(direct, &weights, &cells);
+    lamp_cells(direct, &weights, WATCHED_CELLS, &cells);
     reflect_cells(direct, point, vec3(0, 0, 0), true, &cells, light);
 #pragma omp simd reduction(+ : sum, coarse)
     for (int i = 0; i < cells.count; i++) {
@@ -418,7 +419,7 @@ rgb direct_light(const struct direct *direct, const struct point *point, bool av
     if (direct->idle || (!averages && is_black(diffuse))) return sum;
     if (!direct->sky) {
         lights_weigh(direct->model->lights, point->origin, point->n, &at_point);
-        lamp_cells(direct, &at_point, &lamps);
+        lamp_cells(direct, &at_point, 1, &lamps);
     }
     reflect_cells(direct, point, diffuse, averages, cells, light);
 #pragma omp simd reduction(+ : lit, dark, doubtful)
