@@ -211,7 +211,9 @@ def test_crash_gives_one_sentence(end, status):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signal_reaches_the_guarded(number):
-    code = ("import guard, sys, time; guard.enter('program')\n"
+    # A shell's background jobs ignore SIGINT, and so would what they start.
+    code = ("import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+            "import guard, sys, time; guard.enter('program')\n"
             "try:\n    print(flush=True); time.sleep(60)\nexcept KeyboardInterrupt:\n    sys.exit(130)")
     with subprocess.Popen([sys.executable, "-c", code], cwd=os.path.dirname(EXPORT), stdout=subprocess.PIPE,
                           stderr=subprocess.DEVNULL) as process:
