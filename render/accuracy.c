@@ -99,11 +99,11 @@ static bool judge(const struct model *model, const struct fill *fill, struct ren
 static bool improve(const struct model *model, struct render_options *options, enum wanting wanting,
                     struct progress *progress, struct fill *fill, char error[static SCENE_ERROR])
 {
-    bool bare = fill->options.kind == FILL_NONE;
+    bool anew = wanting == FINER && fill->options.kind != FILL_NONE;
     if (wanting == EAS_TOO) options->method = RENDER_EAS;
     struct fill_options wanted = render_fill(options);
-    wanted.coarseness = fill->options.coarseness - (wanting == FINER && !bare);
-    if (!bare && wanting == FINER) {
+    wanted.coarseness = fill->options.coarseness - anew;
+    if (anew) {
         fill_free(fill);
         return fill_build(model, &wanted, progress, fill, error);
     }
